@@ -1,0 +1,38 @@
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <optional>
+
+#include <gdfmap/core/run_context.hpp>
+#include <gdfmap/map/map.hpp>
+#include <gdfmap/tiling/ingest.hpp>
+
+namespace gdfmap {
+
+/// Streams a cloud ("-": standard input) into a map that is open for writing. The same cloud with
+/// the same options again changes nothing and says so in the report. Memory is bounded, and an
+/// ingest that fails or is interrupted leaves nothing visible.
+/// @throws Error as open_point_cloud, ingest_points and Map::points do.
+IngestReport ingest(const std::filesystem::path& cloud, Map& map, const IngestOptions& options = {},
+                    const RunContext& context = {});
+
+/// The map at `path`, opened for writing, or a new one with this cube size (empty: 1 m).
+/// @throws Error kUsage when the map's cube size differs from a given one.
+[[nodiscard]] Map open_or_create_map(const std::filesystem::path& path,
+                                     std::optional<double> cube_size,
+                                     const RunContext& context = {});
+
+/// Reads a 4 × 4 row-major matrix of numbers (T_map_source, translation in metres).
+/// @throws Error kIo, or kUsage unless it is a rigid transformation.
+[[nodiscard]] Eigen::Isometry3d read_transform(const std::filesystem::path& path);
+
+/// What training a map will take, from its occupied cubes; printed before anybody waits for it.
+struct TrainingEstimate {
+  std::uint64_t num_cubes = 0;
+  std::uint64_t num_bytes = 0;  ///< of cubes.db
+  double core_minutes = 0.0;    ///< on one core of the kind that BENCHMARK.md names
+};
+[[nodiscard]] TrainingEstimate estimate_training(Map& map);
+
+}  // namespace gdfmap

@@ -1,0 +1,58 @@
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <memory>
+#include <vector>
+
+#include <gdfmap/field/gaussians.hpp>
+#include <gdfmap/store/tile_record.hpp>
+
+namespace gdfmap {
+
+/// A tile made ready for evaluation: the kernel rows of all its cubes in one structure of arrays.
+/// Rows start on 64 bytes and cubes on 32; the gaps hold Gaussians that are zero everywhere, so
+/// that whole registers can be read. Immutable and thread-safe.
+class DecodedTile {
+ public:
+  struct Cube {
+    std::uint32_t first = 0;  ///< column of its first Gaussian
+    std::uint32_t count = 0;  ///< number of Gaussians, 0 for a failed cube
+    CubeStatus status = CubeStatus::kFailed;
+    CubeClass cube_class = CubeClass::kUnknown;
+    float mae = 0.0f;  ///< metres, NaN where unknown
+  };
+
+  explicit DecodedTile(const TileRecord& tile);
+
+  [[nodiscard]] std::size_t num_cubes() const { return cubes_.size(); }
+  /// The cube with this index in [0, 512); null when it was not attempted.
+  [[nodiscard]] const Cube* find(int index) const {
+    const std::int16_t slot = slots_[static_cast<std::size_t>(index)];
+    return slot < 0 ? nullptr : &cubes_[static_cast<std::size_t>(slot)];
+  }
+  /// As find(), and null for a failed cube, which says nothing of the field.
+  [[nodiscard]] const Cube* find_served(int index) const {
+    const Cube* const cube = find(index);
+    return cube != nullptr && cube->count > 0 ? cube : nullptr;
+  }
+  /// Valid as long as the tile. Positions are relative to the cube's minimum corner.
+  [[nodiscard]] KernelView kernel(const Cube& cube) const {
+    return {data_.get() + cube.first, stride_, cube.count};
+  }
+  /// What it occupies in memory.
+  [[nodiscard]] std::size_t num_bytes() const;
+
+ private:
+  struct Free {
+    void operator()(float* data) const;
+  };
+
+  std::array<std::int16_t, kCubesPerTile> slots_;  ///< −1: not attempted
+  std::vector<Cube> cubes_;
+  std::unique_ptr<float[], Free> data_;
+  std::size_t stride_ = 0;
+};
+
+}  // namespace gdfmap

@@ -1,0 +1,79 @@
+#pragma once
+
+#include <cstddef>
+#include <memory>
+#include <span>
+
+#include <gdfmap/core/geometry.hpp>
+#include <gdfmap/query/tile_cache.hpp>
+#include <gdfmap/query/tile_source.hpp>
+
+namespace gdfmap {
+
+/// What an answer rests on.
+enum class FieldStatus {
+  kFine,    ///< cubes of level 0 alone
+  kCoarse,  ///< a coarser level contributes
+  kFar,  ///< the distance to the nearest occupied cube contributes: a lower bound where it is alone
+  kUnknown  ///< nothing is known: distance, gradient and expected error are NaN
+};
+
+/// How cubes that share a point are combined.
+enum class BlendMode {
+  kPartition,  ///< separable partition of unity over all levels; C¹ wherever the answer is not kFar
+  kGdf1  ///< as G-EDF's evaluator does it: level 0 alone, gradient without the weights' derivative
+};
+
+/// An answer of the field: `auto [distance, gradient, status, expected_error] = field.at(p);`
+struct FieldSample {
+  double distance = 0.0;               ///< to the nearest point, metres
+  Vector3 gradient = Vector3::Zero();  ///< of the distance, world frame, no unit
+  FieldStatus status = FieldStatus::kUnknown;
+  /// Mean absolute error of the contributing cubes at their held-out samples, weighted as they
+  /// contribute, metres. NaN where no cube contributes or one's error is not known.
+  double expected_error = 0.0;
+};
+
+struct DistanceFieldOptions {
+  std::size_t cache_bytes = std::size_t{256} << 20;  ///< of decoded tiles
+  BlendMode blend = BlendMode::kPartition;
+  int num_threads = 0;  ///< of a batch; 0: one per core
+};
+
+/// The distance field of a map, continuous over all of space. Answers depend on the tiles alone,
+/// not on the cache, the threads or the order of the queries. Thread-safe; movable.
+///
+/// With kPartition an answer is kUnknown where a coordinate is not finite or beyond the lattice,
+/// where nothing is trained at all, where the point's own level-0 tile holds points and has no
+/// cubes yet, where a tile that is needed cannot be read (counted in the statistics), and where a
+/// far bound is needed and no cube is occupied. With kGdf1 it is kUnknown wherever no cube
+/// contributes, else kFine.
+///
+/// Beside cache_bytes, running queries hold at most 8 tiles for each level and thread.
+class DistanceField {
+ public:
+  /// @throws Error kUsage for a geometry that cannot be used; kIo or kCorrupt when the source's
+  /// list of
+  ///         occupied tiles cannot be read.
+  explicit DistanceField(std::shared_ptr<TileSource> source,
+                         const DistanceFieldOptions& options = {});
+  ~DistanceField();
+  DistanceField(DistanceField&&) noexcept;
+  DistanceField& operator=(DistanceField&&) noexcept;
+
+  [[nodiscard]] const Geometry& geometry() const;
+
+  /// Never throws for what a map holds.
+  [[nodiscard]] FieldSample at(const Vector3& p_world) const;
+  /// The same for many points, in parallel and grouped by tile. samples[i] answers points_world[i].
+  /// @throws Error kUsage when the spans differ in length.
+  void at(std::span<const Vector3> points_world, std::span<FieldSample> samples) const;
+
+  [[nodiscard]] TileCacheStatistics statistics() const;
+
+ private:
+  struct Impl;
+  std::unique_ptr<Impl> impl_;
+};
+
+}  // namespace gdfmap

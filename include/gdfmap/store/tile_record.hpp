@@ -1,0 +1,51 @@
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+#include <gdfmap/core/hash.hpp>
+#include <gdfmap/core/lattice.hpp>
+#include <gdfmap/field/cube_errors.hpp>
+#include <gdfmap/field/gaussians.hpp>
+
+namespace gdfmap {
+
+enum class CubeStatus : std::uint8_t {
+  kFitted = 0,
+  kPoor = 1,    ///< its error exceeds mae_threshold_max: served, with its error, but not exported
+  kFailed = 2,  ///< has no Gaussians; see FailureReason
+};
+
+enum class CubeClass : std::uint8_t {
+  kEmpty = 0,      ///< holds no point
+  kPopulated = 1,  ///< holds points
+  kUnknown = 2,    ///< imported: GDF1 does not say
+};
+
+enum class FailureReason : std::uint8_t {
+  kNone = 0,
+  kNotFinite = 1,  ///< the fit diverged
+};
+
+/// One attempted cube. It has Gaussians unless it failed, and a FailureReason only if it failed.
+struct CubeRecord {
+  int index = 0;  ///< in its tile, see cube_index()
+  CubeStatus status = CubeStatus::kFitted;
+  CubeClass cube_class = CubeClass::kEmpty;
+  FailureReason failure = FailureReason::kNone;
+  int num_iterations = 0;
+  CubeErrors errors;
+  float reach = 0.0f;  ///< largest training target, metres: points farther away cannot matter
+  Digest input;        ///< of everything that the fit saw
+  Gaussians gaussians;
+};
+
+/// All attempted cubes of one tile, by ascending index, and what they were made from.
+struct TileRecord {
+  TileKey key;
+  Digest surroundings;   ///< of the points in and around the tile
+  Digest configuration;  ///< of the fit configuration and the fit version
+  std::vector<CubeRecord> cubes;
+};
+
+}  // namespace gdfmap

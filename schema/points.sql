@@ -1,0 +1,76 @@
+-- points.db: the point clouds of a map, compressed (SQLite; application_id "gdfp", user_version
+-- 1000 · major + minor). Written by gdfmap ingest, read by gdfmap train.
+--
+-- Rows of a source with published = 0 belong to an ingest that runs or was interrupted: every reader
+-- passes over them, and the next writer deletes them.
+-- 64-bit unsigned numbers are stored as SQLite's signed integers with the same bits; 128-bit digests
+-- as 16-byte blobs (low half first, little-endian) or as two such integers.
+
+-- Free text: map_id, geometry.
+CREATE TABLE meta (
+  key   TEXT PRIMARY KEY NOT NULL,
+  value TEXT NOT NULL
+);
+
+-- One row per ingested cloud. Ids are never used again: people keep them.
+-- num_read = num_stored + num_duplicates + the four num_rejected_*.
+CREATE TABLE sources (
+  id                        INTEGER PRIMARY KEY AUTOINCREMENT,
+  published                 INTEGER NOT NULL DEFAULT 0,
+  path                      TEXT    NOT NULL,             -- as given, for people
+  parameters                TEXT    NOT NULL,             -- canonical text of the ingest options
+  voxel_size                REAL    NOT NULL DEFAULT 0.0, -- thinning in metres; 0: none
+  identity                  BLOB,                         -- of the file's bytes and the parameters
+  num_bytes                 INTEGER NOT NULL DEFAULT 0,   -- size of the file
+  num_read                  INTEGER NOT NULL DEFAULT 0,
+  num_stored                INTEGER NOT NULL DEFAULT 0,
+  num_duplicates            INTEGER NOT NULL DEFAULT 0,   -- equal to another point of their block
+  num_rejected_not_finite   INTEGER NOT NULL DEFAULT 0,
+  num_rejected_withheld     INTEGER NOT NULL DEFAULT 0,
+  num_rejected_zero         INTEGER NOT NULL DEFAULT 0,
+  num_rejected_out_of_range INTEGER NOT NULL DEFAULT 0
+);
+CREATE UNIQUE INDEX sources_by_identity ON sources (identity) WHERE published = 1;
+
+-- Level-0 tiles by key: points have no other level.
+CREATE TABLE tiles (
+  id INTEGER PRIMARY KEY,
+  x  INTEGER NOT NULL,
+  y  INTEGER NOT NULL,
+  z  INTEGER NOT NULL,
+  UNIQUE (x, y, z)
+);
+
+-- What one source put into one tile: sums over its blocks, brought up to date with every block, so
+-- that publication is the change of a single row and a listing of tiles reads no blocks.
+CREATE TABLE tile_sources (
+  tile        INTEGER NOT NULL REFERENCES tiles (id),
+  source      INTEGER NOT NULL REFERENCES sources (id),
+  digest_low  INTEGER NOT NULL,  -- sum modulo 2^128 of the hashes of every accepted point, before
+  digest_high INTEGER NOT NULL,  --   duplicates are removed
+  num_points  INTEGER NOT NULL,  -- stored
+  num_blocks  INTEGER NOT NULL,
+  block_bytes INTEGER NOT NULL,
+  cubes_0     INTEGER NOT NULL,  -- occupied cubes, one word for each layer z of the tile: bit x + 8·y
+  cubes_1     INTEGER NOT NULL,
+  cubes_2     INTEGER NOT NULL,
+  cubes_3     INTEGER NOT NULL,
+  cubes_4     INTEGER NOT NULL,
+  cubes_5     INTEGER NOT NULL,
+  cubes_6     INTEGER NOT NULL,
+  cubes_7     INTEGER NOT NULL,
+  PRIMARY KEY (tile, source)
+) WITHOUT ROWID;
+CREATE INDEX tile_sources_by_source ON tile_sources (source);
+
+-- Compressed points (block_format.md). A tile's point set is the union of its published blocks.
+CREATE TABLE blocks (
+  id         INTEGER PRIMARY KEY,
+  tile       INTEGER NOT NULL REFERENCES tiles (id),
+  source     INTEGER NOT NULL REFERENCES sources (id),
+  sequence   INTEGER NOT NULL,  -- counts the source's blocks of this tile from 0
+  num_points INTEGER NOT NULL,
+  checksum   INTEGER NOT NULL,  -- XXH3-64 of data
+  data       BLOB    NOT NULL
+);
+CREATE UNIQUE INDEX blocks_by_tile ON blocks (tile, source, sequence);

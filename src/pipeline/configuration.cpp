@@ -1,0 +1,250 @@
+#include <algorithm>
+#include <cmath>
+#include <functional>
+#include <limits>
+#include <sstream>
+
+#include <yaml-cpp/yaml.h>
+
+#include <gdfmap/core/error.hpp>
+#include <gdfmap/core/lattice.hpp>
+#include <gdfmap/pipeline/configuration.hpp>
+
+namespace gdfmap {
+namespace {
+
+/// Reads a key's value into the configuration; returns what is wrong with it, or nothing.
+using ReadValue = std::function<std::string(const YAML::Node&, Configuration&)>;
+
+struct Key {
+  const char* path;  ///< "section.key"
+  ReadValue read;
+};
+
+std::string number_text(double value) {
+  std::ostringstream text;
+  text << value;
+  return text.str();
+}
+
+ReadValue text(std::string Configuration::*member) {
+  return [=](const YAML::Node& node, Configuration& c) -> std::string {
+    if (!node.IsScalar()) return "must be text";
+    c.*member = node.Scalar();
+    return {};
+  };
+}
+
+ReadValue flag(bool Configuration::*member) {
+  return [=](const YAML::Node& node, Configuration& c) -> std::string {
+    if (!YAML::convert<bool>::decode(node, c.*member)) return "must be true or false";
+    return {};
+  };
+}
+
+/// A finite number in [low, high].
+template <typename Member>
+ReadValue number(Member Configuration::*member, double low, double high) {
+  return [=](const YAML::Node& node, Configuration& c) -> std::string {
+    double value = 0.0;
+    if (!YAML::convert<double>::decode(node, value) || !(value >= low && value <= high)) {
+      return "must be a number from " + number_text(low) + " to " + number_text(high);
+    }
+    c.*member = value;
+    return {};
+  };
+}
+
+template <typename Member>
+ReadValue whole_number(Member Configuration::*member, int low, int high) {
+  return [=](const YAML::Node& node, Configuration& c) -> std::string {
+    int value = 0;
+    if (!YAML::convert<int>::decode(node, value) || value < low || value > high) {
+      return "must be a whole number from " + std::to_string(low) + " to " + std::to_string(high);
+    }
+    c.*member = value;
+    return {};
+  };
+}
+
+/// Ascending numbers of Gaussians.
+ReadValue ladder(std::optional<std::vector<int>> Configuration::*member) {
+  return [=](const YAML::Node& node, Configuration& c) -> std::string {
+    const std::string expected =
+        "must be an ascending list of whole numbers from 1 to " + std::to_string(kMaxGaussians);
+    std::vector<int> steps;
+    if (!node.IsSequence() || node.size() == 0) return expected;
+    for (const YAML::Node& entry : node) {
+      int step = 0;
+      if (!YAML::convert<int>::decode(entry, step) || step < 1 || step > kMaxGaussians ||
+          (!steps.empty() && step <= steps.back())) {
+        return expected;
+      }
+      steps.push_back(step);
+    }
+    c.*member = steps;
+    return {};
+  };
+}
+
+ReadValue solver() {
+  return [](const YAML::Node& node, Configuration& c) -> std::string {
+    const std::string name = node.IsScalar() ? node.Scalar() : "";
+    if (name != "tensor" && name != "ceres") return "must be tensor or ceres";
+    c.solver = name == "ceres" ? Solver::kCeres : Solver::kTensor;
+    return {};
+  };
+}
+
+/// Accepted for the ancestor's sake.
+ReadValue without_effect(const char* path, const char* reason) {
+  return [=](const YAML::Node&, Configuration& c) -> std::string {
+    c.notices.push_back(std::string(path) + " has no effect: " + reason);
+    return {};
+  };
+}
+
+ReadValue edt_mode() {
+  return [](const YAML::Node& node, Configuration&) -> std::string {
+    const std::string mode = node.IsScalar() ? node.Scalar() : "";
+    if (mode == "pure") return {};
+    return mode == "signed" ? "signed fields are not supported: set it to pure" : "must be pure";
+  };
+}
+
+constexpr double kMostMetres = 1e6;
+constexpr const char* kExactTargets =
+    "distances are exact, taken from every point at the samples themselves, without a voxel grid";
+
+const std::vector<Key>& keys() {
+  using C = Configuration;
+  const auto none = [](const char* path, const char* reason) {
+    return Key{path, without_effect(path, reason)};
+  };
+  static const std::vector<Key> table = {
+      {"io.input_file", text(&C::input_file)},
+      {"io.output_base", text(&C::output_base)},
+      {"io.export_csv", flag(&C::export_csv)},
+      {"io.export_bin", flag(&C::export_bin)},
+      {"processing.num_threads", whole_number(&C::num_threads, 0, 4096)},
+      {"processing.cube_size", number(&C::cube_size, 1e-3, 1e4)},
+      none("downsampling.step", "no coarse copy of the cloud is needed to skip far cubes"),
+      none("trainer.sample_points", "samples lie on a regular lattice, 12 along each axis"),
+      none("trainer.mae_threshold_good", "adaptive.mae_threshold alone ends the growth of a cube"),
+      {"trainer.mae_threshold_max", number(&C::mae_threshold_max, 0.0, kMostMetres)},
+      {"trainer.edt_mode", edt_mode()},
+      {"solver.max_iterations", whole_number(&C::max_iterations, 1, 10'000)},
+      none("solver.max_time_seconds", "a result must not depend on the speed of the machine"),
+      {"adaptive.populated_steps", ladder(&C::populated_steps)},
+      {"adaptive.empty_steps", ladder(&C::empty_steps)},
+      {"adaptive.mae_threshold", number(&C::mae_threshold, 0.0, kMostMetres)},
+      {"adaptive.empty_distance_threshold", number(&C::empty_distance_threshold, 0.0, kMostMetres)},
+      none("edt.voxel_size", kExactTargets),
+      none("edt.margin_signed", "signed fields are not supported"),
+      none("edt.margin_pure", "the margin is a quarter of cube_size"),
+      none("edt.edt_extension", kExactTargets),
+      none("edt.empty_search_margin", "empty cubes see every point, however far"),
+      none("edt.empty_nearby_count", "empty cubes see every point, however many"),
+      {"fit.solver", solver()},
+  };
+  return table;
+}
+
+/// Levenshtein distance.
+std::size_t edit_distance(const std::string& a, const std::string& b) {
+  std::vector<std::size_t> row(b.size() + 1);
+  for (std::size_t j = 0; j < row.size(); ++j) row[j] = j;
+  for (std::size_t i = 1; i <= a.size(); ++i) {
+    std::size_t diagonal = row[0];
+    row[0] = i;
+    for (std::size_t j = 1; j <= b.size(); ++j) {
+      const std::size_t substituted = diagonal + (a[i - 1] == b[j - 1] ? 0 : 1);
+      diagonal = row[j];
+      row[j] = std::min({row[j] + 1, row[j - 1] + 1, substituted});
+    }
+  }
+  return row.back();
+}
+
+std::string unknown_key(const std::string& path) {
+  std::string nearest;
+  std::size_t least = std::numeric_limits<std::size_t>::max();
+  for (const Key& key : keys()) {
+    const std::size_t distance = edit_distance(path, key.path);
+    if (distance < least) {
+      least = distance;
+      nearest = key.path;
+    }
+  }
+  return path + ": unknown key; did you mean " + nearest + "?";
+}
+
+void read_section(const std::string& section, const YAML::Node& node, Configuration& configuration,
+                  std::vector<std::string>& violations) {
+  for (const auto& entry : node) {
+    const std::string path = section + "." + entry.first.Scalar();
+    const auto key =
+        std::find_if(keys().begin(), keys().end(), [&](const Key& k) { return path == k.path; });
+    if (key == keys().end()) {
+      violations.push_back(unknown_key(path));
+      continue;
+    }
+    const std::string violation = key->read(entry.second, configuration);
+    if (!violation.empty()) violations.push_back(path + ": " + violation);
+  }
+}
+
+YAML::Node load(const std::filesystem::path& path) {
+  try {
+    return YAML::LoadFile(path.string());
+  } catch (const YAML::BadFile&) {
+    throw Error(ErrorCode::kIo, "cannot read " + path.string());
+  } catch (const YAML::Exception& error) {
+    throw Error(ErrorCode::kUsage, path.string() + ": " + error.what());
+  }
+}
+
+}  // namespace
+
+FitConfig Configuration::fit_config(double map_cube_size) const {
+  FitConfig config = FitConfig::defaults(map_cube_size);
+  if (populated_steps) config.populated_steps = *populated_steps;
+  if (empty_steps) config.empty_steps = *empty_steps;
+  if (mae_threshold) config.mae_threshold = *mae_threshold;
+  if (mae_threshold_max) config.mae_threshold_max = *mae_threshold_max;
+  if (empty_distance_threshold) config.empty_distance_threshold = *empty_distance_threshold;
+  if (max_iterations) config.max_iterations = *max_iterations;
+  if (solver) config.solver = *solver;
+  return config;
+}
+
+Configuration load_configuration(const std::filesystem::path& path) {
+  const YAML::Node root = load(path);
+  Configuration configuration;
+  std::vector<std::string> violations;
+  if (!root.IsMap() && !root.IsNull()) violations.emplace_back("the file must hold sections");
+  if (root.IsMap()) {
+    for (const auto& section : root) {
+      const std::string name = section.first.Scalar();
+      if (section.second.IsMap()) {
+        read_section(name, section.second, configuration, violations);
+      } else if (!section.second.IsNull()) {
+        violations.push_back(unknown_key(name));
+      }
+    }
+  }
+  if (violations.empty()) return configuration;
+  std::string message = path.string() + ":";
+  for (const std::string& violation : violations) {
+    message += (violations.size() > 1 ? "\n  " : " ") + violation;
+  }
+  throw Error(ErrorCode::kUsage, message);
+}
+
+std::vector<std::string> configuration_keys() {
+  std::vector<std::string> paths;
+  for (const Key& key : keys()) paths.emplace_back(key.path);
+  return paths;
+}
+
+}  // namespace gdfmap

@@ -1,0 +1,82 @@
+#include <array>
+#include <fstream>
+#include <string>
+
+#include <gdfmap/core/error.hpp>
+#include <gdfmap/io/point_reader.hpp>
+#include <gdfmap/pipeline/ingest.hpp>
+
+namespace gdfmap {
+namespace {
+
+/// Figures of BENCHMARK.md's map of an indoor scan: candidates for each occupied cube, bytes and
+/// milliseconds for each candidate.
+constexpr double kCandidatesPerOccupiedCube = 4.0;
+constexpr double kBytesPerCube = 430.0;
+constexpr double kMillisecondsPerCube = 4.0;
+
+std::array<double, 16> read_matrix(const std::filesystem::path& path) {
+  std::ifstream file(path);
+  if (!file) throw Error(ErrorCode::kIo, "cannot read " + path.string());
+  std::array<double, 16> values{};
+  for (double& value : values) {
+    if (!(file >> value)) {
+      throw Error(ErrorCode::kUsage, path.string() + ": 16 numbers are expected, row by row");
+    }
+  }
+  return values;
+}
+
+}  // namespace
+
+Eigen::Isometry3d read_transform(const std::filesystem::path& path) {
+  const std::array<double, 16> values = read_matrix(path);
+  const Eigen::Map<const Eigen::Matrix<double, 4, 4, Eigen::RowMajor>> matrix(values.data());
+  const Eigen::Matrix3d rotation = matrix.topLeftCorner<3, 3>();
+  constexpr double kTolerance = 1e-4;
+  const bool is_rotation =
+      (rotation * rotation.transpose() - Eigen::Matrix3d::Identity()).norm() < kTolerance &&
+      rotation.determinant() > 0.0;
+  if (!matrix.allFinite() || !is_rotation || matrix.row(3) != Eigen::RowVector4d(0, 0, 0, 1)) {
+    throw Error(ErrorCode::kUsage,
+                path.string() + ": not a rigid transformation; a factor goes into --scale");
+  }
+  Eigen::Isometry3d transform = Eigen::Isometry3d::Identity();
+  transform.linear() = Eigen::Quaterniond(rotation).normalized().toRotationMatrix();
+  transform.translation() = matrix.topRightCorner<3, 1>();
+  return transform;
+}
+
+IngestReport ingest(const std::filesystem::path& cloud, Map& map, const IngestOptions& options,
+                    const RunContext& context) {
+  const std::unique_ptr<PointReader> reader = open_point_cloud(cloud);
+  return ingest_points(*reader, cloud.string(), map.lattice(), map.points(), options, context);
+}
+
+Map open_or_create_map(const std::filesystem::path& path, std::optional<double> cube_size,
+                       const RunContext& context) {
+  if (!Map::exists(path)) {
+    const double size = cube_size.value_or(Geometry{}.cube_size);
+    static_cast<void>(Map::create(path, {size, kMarginRatio * size, 1}));
+  }
+  Map map = Map::open(path, Access::kWrite, context);
+  if (cube_size && *cube_size != map.geometry().cube_size) {
+    throw Error(ErrorCode::kUsage,
+                path.string() + " has cubes of " + std::to_string(map.geometry().cube_size) +
+                    " m, which cannot be changed to " + std::to_string(*cube_size) + " m");
+  }
+  return map;
+}
+
+TrainingEstimate estimate_training(Map& map) {
+  std::uint64_t num_occupied = 0;
+  map.points().for_each_tile([&](const TilePoints& tile) {
+    num_occupied += static_cast<std::uint64_t>(tile.cubes.count());
+  });
+  const double num_cubes = kCandidatesPerOccupiedCube * static_cast<double>(num_occupied);
+  return {static_cast<std::uint64_t>(num_cubes),
+          static_cast<std::uint64_t>(num_cubes * kBytesPerCube),
+          num_cubes * kMillisecondsPerCube / 60'000.0};
+}
+
+}  // namespace gdfmap

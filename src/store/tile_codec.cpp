@@ -1,0 +1,216 @@
+#include <cmath>
+#include <limits>
+#include <string>
+
+#include <gdfmap/core/error.hpp>
+#include <gdfmap/store/tile_codec.hpp>
+
+namespace gdfmap {
+namespace {
+
+constexpr char kMagic[4] = {'G', 'D', 'T', '1'};
+constexpr std::uint16_t kVersion = 1;
+constexpr std::uint16_t kCodecFloat32 = 0;
+constexpr std::size_t kCubeBytes = 49;
+constexpr std::size_t kGaussianBytes = kNumGaussianRows * sizeof(float);
+
+bool is_usable(std::size_t row, float value) {
+  const bool is_root_sigma = row >= kRootSigmaX && row < kWeight;
+  return std::isfinite(value) && (!is_root_sigma || std::fabs(value) >= kMinRootSigma);
+}
+
+/// What is wrong with a cube, or null: the rules that writer and reader share.
+const char* fault_of(const CubeRecord& cube, int previous_index) {
+  if (cube.index <= previous_index) return "index is not above the one before";
+  if (cube.index >= kCubesPerTile) return "index is out of range";
+  if (cube.num_iterations < 0) return "number of iterations is out of range";
+  const bool failed = cube.status == CubeStatus::kFailed;
+  if (failed != (cube.gaussians.size() == 0)) return "status contradicts the number of Gaussians";
+  if (failed != (cube.failure != FailureReason::kNone)) return "status contradicts the failure";
+  for (std::size_t row = 0; row < kNumGaussianRows; ++row) {
+    for (const float value : cube.gaussians.row(row)) {
+      if (!is_usable(row, value)) return "a parameter of a Gaussian cannot be used";
+    }
+  }
+  return nullptr;
+}
+
+void check_cubes(const std::vector<CubeRecord>& cubes, ErrorCode code) {
+  int previous_index = -1;
+  for (const CubeRecord& cube : cubes) {
+    if (const char* const fault = fault_of(cube, previous_index)) {
+      throw Error(code, "cube " + std::to_string(cube.index) + ": " + fault);
+    }
+    previous_index = cube.index;
+  }
+}
+
+std::uint32_t count_gaussians(const std::vector<CubeRecord>& cubes) {
+  std::size_t total = 0;
+  for (const CubeRecord& cube : cubes) total += cube.gaussians.size();
+  if (total > std::numeric_limits<std::uint32_t>::max()) {
+    throw Error(ErrorCode::kInternal, "a tile holds " + std::to_string(total) + " Gaussians");
+  }
+  return static_cast<std::uint32_t>(total);
+}
+
+void put_errors(ByteWriter& writer, const CubeErrors& errors) {
+  writer.put(errors.mae);
+  writer.put(errors.rmse);
+  writer.put(errors.p95);
+  writer.put(errors.max);
+}
+
+void put_row(ByteWriter& writer, std::span<const float> row) {
+  for (const float value : row) writer.put(value);
+}
+
+void put_cube(ByteWriter& writer, const CubeRecord& cube) {
+  writer.put(static_cast<std::uint16_t>(cube.index));
+  writer.put(static_cast<std::uint8_t>(cube.status));
+  writer.put(static_cast<std::uint8_t>(cube.cube_class));
+  writer.put(static_cast<std::uint8_t>(cube.failure));
+  writer.put(static_cast<std::uint32_t>(cube.num_iterations));
+  writer.put(static_cast<std::uint32_t>(cube.gaussians.size()));
+  put_errors(writer, cube.errors);
+  writer.put(cube.reach);
+  writer.put(cube.input);
+}
+
+[[noreturn]] void fail(const std::string& what) { throw Error(ErrorCode::kCorrupt, what); }
+
+template <typename Enum>
+Enum get_enum(ByteReader& reader, Enum last, const char* name) {
+  const auto value = reader.get<std::uint8_t>();
+  if (value > static_cast<std::uint8_t>(last)) {
+    fail(std::string(name) + " " + std::to_string(value) + " is not known");
+  }
+  return static_cast<Enum>(value);
+}
+
+/// A cube without its Gaussians, and how many it has.
+struct CubeHead {
+  CubeRecord cube;
+  std::uint32_t num_gaussians = 0;
+};
+
+CubeHead get_cube(ByteReader& reader) {
+  CubeHead head;
+  CubeRecord& cube = head.cube;
+  cube.index = reader.get<std::uint16_t>();
+  cube.status = get_enum(reader, CubeStatus::kFailed, "status");
+  cube.cube_class = get_enum(reader, CubeClass::kUnknown, "class");
+  cube.failure = get_enum(reader, FailureReason::kNotFinite, "failure");
+  const auto iterations = reader.get<std::uint32_t>();
+  if (iterations > std::numeric_limits<std::int32_t>::max()) {
+    fail("cube " + std::to_string(cube.index) + ": number of iterations is out of range");
+  }
+  cube.num_iterations = static_cast<int>(iterations);
+  head.num_gaussians = reader.get<std::uint32_t>();
+  cube.errors.mae = reader.get<float>();
+  cube.errors.rmse = reader.get<float>();
+  cube.errors.p95 = reader.get<float>();
+  cube.errors.max = reader.get<float>();
+  cube.reach = reader.get<float>();
+  cube.input = reader.get_digest();
+  return head;
+}
+
+struct TileHead {
+  std::size_t num_cubes = 0;
+  std::size_t num_gaussians = 0;
+};
+
+/// Checks the counts against the size, so that nothing is allocated for a count that cannot be
+/// true.
+TileHead get_header(ByteReader& reader) {
+  const auto magic = reader.get_bytes(sizeof(kMagic));
+  if (std::memcmp(magic.data(), kMagic, sizeof(kMagic)) != 0) fail("not a tile");
+  const auto version = reader.get<std::uint16_t>();
+  if (version != kVersion) {
+    fail("tile format version " + std::to_string(version) + ", this build reads version " +
+         std::to_string(kVersion));
+  }
+  const auto codec = reader.get<std::uint16_t>();
+  if (codec != kCodecFloat32) fail("tile codec " + std::to_string(codec) + " is not known");
+  TileHead head;
+  head.num_cubes = reader.get<std::uint16_t>();
+  head.num_gaussians = reader.get<std::uint32_t>();
+  if (head.num_cubes > kCubesPerTile) fail(std::to_string(head.num_cubes) + " cubes in a tile");
+  if (reader.remaining() != head.num_cubes * kCubeBytes + head.num_gaussians * kGaussianBytes) {
+    fail("size does not match " + std::to_string(head.num_cubes) + " cubes and " +
+         std::to_string(head.num_gaussians) + " Gaussians");
+  }
+  return head;
+}
+
+std::vector<CubeRecord> get_cubes(ByteReader& reader, const TileHead& head) {
+  std::vector<CubeHead> heads;
+  heads.reserve(head.num_cubes);
+  std::uint64_t num_gaussians = 0;
+  for (std::size_t i = 0; i < head.num_cubes; ++i) {
+    heads.push_back(get_cube(reader));
+    num_gaussians += heads.back().num_gaussians;
+  }
+  if (num_gaussians != head.num_gaussians) fail("cubes do not add up to the number of Gaussians");
+  std::vector<CubeRecord> cubes;
+  cubes.reserve(head.num_cubes);
+  for (CubeHead& cube_head : heads) {
+    cubes.push_back(std::move(cube_head.cube));
+    cubes.back().gaussians = Gaussians(cube_head.num_gaussians);
+  }
+  return cubes;
+}
+
+void get_rows(ByteReader& reader, std::vector<CubeRecord>& cubes) {
+  for (std::size_t row = 0; row < kNumGaussianRows; ++row) {
+    for (CubeRecord& cube : cubes) {
+      for (float& value : cube.gaussians.row(row)) value = reader.get<float>();
+    }
+  }
+}
+
+}  // namespace
+
+Bytes encode_tile(const TileRecord& tile) {
+  check_cubes(tile.cubes, ErrorCode::kInternal);
+  ByteWriter writer;
+  writer.put_bytes(std::as_bytes(std::span(kMagic)));
+  writer.put(kVersion);
+  writer.put(kCodecFloat32);
+  writer.put(static_cast<std::uint16_t>(tile.cubes.size()));
+  writer.put(count_gaussians(tile.cubes));
+  for (const CubeRecord& cube : tile.cubes) put_cube(writer, cube);
+  for (std::size_t row = 0; row < kNumGaussianRows; ++row) {
+    for (const CubeRecord& cube : tile.cubes) put_row(writer, cube.gaussians.row(row));
+  }
+  return writer.take();
+}
+
+std::vector<CubeRecord> decode_tile(std::span<const std::byte> bytes) {
+  ByteReader reader(bytes, "tile");
+  std::vector<CubeRecord> cubes = get_cubes(reader, get_header(reader));
+  get_rows(reader, cubes);
+  check_cubes(cubes, ErrorCode::kCorrupt);
+  return cubes;
+}
+
+Digest content_digest(const TileRecord& tile) {
+  ByteWriter writer;
+  writer.put(tile.key.level);
+  writer.put(tile.key.x);
+  writer.put(tile.key.y);
+  writer.put(tile.key.z);
+  for (const CubeRecord& cube : tile.cubes) {
+    writer.put(static_cast<std::uint16_t>(cube.index));
+    writer.put(static_cast<std::uint8_t>(cube.status));
+    put_errors(writer, cube.errors);
+    writer.put(static_cast<std::uint32_t>(cube.gaussians.size()));
+    for (std::size_t row = 0; row < kNumGaussianRows; ++row) {
+      put_row(writer, cube.gaussians.row(row));
+    }
+  }
+  return hash128(writer.bytes());
+}
+
+}  // namespace gdfmap

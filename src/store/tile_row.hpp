@@ -1,0 +1,30 @@
+#pragma once
+
+#include <string>
+
+#include <gdfmap/db/database.hpp>
+#include <gdfmap/store/cube_store.hpp>
+
+namespace gdfmap {
+
+/// The columns of `tiles` that make a TileState, in the order in which read_state() expects them.
+inline constexpr char kStateColumns[] =
+    "level, x, y, z, surroundings, configuration, content, num_cubes, num_populated, num_poor, "
+    "num_failed, num_gaussians, num_measured, mean_mae, max_mae, num_bytes";
+inline constexpr int kNumStateColumns = 16;
+
+/// One coordinate of a tile's key. @throws Error kCorrupt when no tile can have it.
+[[nodiscard]] std::int32_t read_coordinate(const db::Statement& row, int column,
+                                           const std::string& database_name);
+
+/// Columns 0 to 15 of the statement's row.
+/// @throws Error kCorrupt when the row holds a key or a count that no tile has.
+[[nodiscard]] TileState read_state(const db::Statement& row, const std::string& database_name);
+
+/// What the row of a tile says of its cubes. @param num_bytes  size of the encoded cubes
+[[nodiscard]] TileState summarize(const TileRecord& tile, std::size_t num_bytes);
+
+/// "tile 0,1,-2,3", as the program's options write it: level, x, y, z.
+[[nodiscard]] std::string tile_name(const TileKey& key);
+
+}  // namespace gdfmap

@@ -1,0 +1,230 @@
+#include <algorithm>
+#include <array>
+#include <charconv>
+#include <cmath>
+#include <cstdio>
+#include <filesystem>
+#include <fstream>
+
+#include <gdfmap/core/error.hpp>
+#include <gdfmap/tiling/ingest.hpp>
+
+#include "block_stager.hpp"
+
+namespace gdfmap {
+namespace {
+
+constexpr std::size_t kPointsPerRead = std::size_t{1} << 16;
+constexpr std::size_t kBytesPerRead = std::size_t{1} << 20;
+/// Everything that is not a point buffer: the program, the reader, SQLite's page cache, the blocks
+/// of one transaction and what encoding them takes.
+constexpr std::size_t kReservedBytes = std::size_t{24} << 20;
+constexpr double kWarnZeroRatio = 0.01;
+
+/// The shortest text that reads back as the same number; both zeros are "0".
+std::string number_text(double value) {
+  std::array<char, 32> text;
+  const auto end = std::to_chars(text.data(), text.data() + text.size(), value + 0.0).ptr;
+  return {text.data(), end};
+}
+
+Digest source_identity(const Digest& file, const std::string& parameters) {
+  ByteWriter writer;
+  writer.put(file);
+  writer.put_bytes(std::as_bytes(std::span(parameters)));
+  return hash128(writer.bytes());
+}
+
+void check_options(const IngestOptions& options) {
+  const double scale = options.transform.scale;
+  if (!std::isfinite(scale) || scale <= 0.0) {
+    throw Error(ErrorCode::kUsage, "scale must be a positive number, not " + number_text(scale));
+  }
+  if (!options.transform.T_map_source.matrix().allFinite()) {
+    throw Error(ErrorCode::kUsage, "the transform has an entry that is not finite");
+  }
+}
+
+/// Bytes for point buffers out of the budget of the process.
+std::size_t buffer_bytes(const RunContext& context) {
+  if (context.memory() < kMinMemoryBytes) {
+    throw Error(ErrorCode::kUsage, "a memory budget of " + std::to_string(context.memory()) +
+                                       " bytes is below the least, " +
+                                       std::to_string(kMinMemoryBytes));
+  }
+  return context.memory() - kReservedBytes;
+}
+
+/// Hash of a file's bytes, as PointReader::identity() gives it.
+Digest hash_file(const std::string& path, std::uint64_t num_bytes, const RunContext& context) {
+  std::ifstream file(path, std::ios::binary);
+  std::vector<char> buffer(kBytesPerRead);
+  StreamHasher hasher;
+  std::uint64_t done = 0;
+  while (file) {
+    context.throw_if_stopped();
+    file.read(buffer.data(), static_cast<std::streamsize>(buffer.size()));
+    const auto count = static_cast<std::size_t>(file.gcount());
+    hasher.update(std::as_bytes(std::span(buffer).first(count)));
+    done += count;
+    context.progress({.stage = "bytes", .done = done, .total = num_bytes, .detail = {}});
+  }
+  if (!file.eof()) throw Error(ErrorCode::kIo, path + ": cannot be read");
+  return hasher.digest();
+}
+
+/// One cloud on its way into the store.
+class Ingest {
+ public:
+  Ingest(PointReader& reader, const Lattice& lattice, const IngestOptions& options,
+         BlockStager& stager, const RunContext& context)
+      : reader_(&reader),
+        lattice_(&lattice),
+        options_(&options),
+        stager_(&stager),
+        context_(&context) {}
+
+  /// Stages every point and returns what became of them.
+  IngestCounts run() {
+    std::vector<Vector3> points(kPointsPerRead);
+    while (const std::size_t count = reader_->read(points)) {
+      context_->throw_if_stopped();
+      for (const Vector3& p_source : std::span(points).first(count)) add(p_source);
+      num_delivered_ += count;
+      context_->progress({.stage = "points",
+                          .done = num_delivered_,
+                          .total = reader_->info().num_points.value_or(0),
+                          .detail = {}});
+    }
+    context_->throw_if_stopped();
+    stager_->finish();
+    counts_.num_rejected_withheld = reader_->num_withheld();
+    counts_.num_read = num_delivered_ + counts_.num_rejected_withheld;
+    counts_.num_stored = stager_->num_stored();
+    counts_.num_duplicates = stager_->num_duplicates();
+    return counts_;
+  }
+
+  [[nodiscard]] std::uint64_t num_zero() const { return num_zero_; }
+
+ private:
+  void add(const Vector3& p_source) {
+    if (!p_source.allFinite()) {
+      ++counts_.num_rejected_not_finite;
+      return;
+    }
+    if (p_source.isZero(0.0)) {
+      ++num_zero_;
+      if (options_->drop_zero) {
+        ++counts_.num_rejected_zero;
+        return;
+      }
+    }
+    if (const auto p = lattice_->quantize(options_->transform.apply(p_source))) {
+      stager_->add(*p);
+    } else {
+      ++counts_.num_rejected_out_of_range;
+    }
+  }
+
+  PointReader* reader_;
+  const Lattice* lattice_;
+  const IngestOptions* options_;
+  BlockStager* stager_;
+  const RunContext* context_;
+  IngestCounts counts_;
+  std::uint64_t num_delivered_ = 0;
+  std::uint64_t num_zero_ = 0;
+};
+
+void warn_of_zeros(const std::string& path, const IngestReport& report,
+                   const IngestOptions& options, const RunContext& context) {
+  const double ratio =
+      static_cast<double>(report.num_zero) /
+      static_cast<double>(std::max<std::uint64_t>(1, report.source.counts.num_read));
+  if (options.drop_zero || ratio <= kWarnZeroRatio) return;
+  std::array<char, 16> percent;
+  std::snprintf(percent.data(), percent.size(), "%.1f", 100.0 * ratio);
+  context.warn(
+      path + ": " + percent.data() + " % of the points (" + std::to_string(report.num_zero) +
+      ") are exactly (0, 0, 0), as scanners mark a missing return; --drop-zero leaves them "
+      "out");
+}
+
+/// Stages the cloud as the source begun, and publishes it unless it is there already.
+IngestReport stage_and_publish(PointReader& reader, const Lattice& lattice, PointStore& store,
+                               const IngestOptions& options, const RunContext& context,
+                               SourceRecord source) {
+  IngestReport report;
+  {
+    BlockStager stager(store, source.id, buffer_bytes(context), context);
+    Ingest ingest(reader, lattice, options, stager, context);
+    source.counts = ingest.run();
+    report.num_zero = ingest.num_zero();
+  }
+  source.identity = source_identity(reader.identity(), source.parameters);
+  source.num_bytes = reader.num_bytes();
+  if (auto known = store.find_source(source.identity)) {
+    store.discard(source.id);
+    report.source = std::move(*known);
+    report.already_present = true;
+    return report;
+  }
+  store.publish(source);
+  report.source = std::move(source);
+  return report;
+}
+
+void discard_quietly(PointStore& store, std::int64_t source) {
+  try {
+    store.discard(source);
+  } catch (const std::exception&) {
+    // The next writer deletes what is left; the first error is the one to tell.
+  }
+}
+
+}  // namespace
+
+std::string IngestOptions::canonical() const {
+  std::string text = "scale=" + number_text(transform.scale) + " transform=";
+  for (int row = 0; row < 3; ++row) {
+    for (int column = 0; column < 4; ++column) {
+      text += number_text(transform.T_map_source(row, column));
+      text += row == 2 && column == 3 ? ' ' : ',';
+    }
+  }
+  return text + "drop_zero=" + (drop_zero ? "1" : "0");
+}
+
+std::optional<SourceRecord> find_published(const std::string& path, const IngestOptions& options,
+                                           PointStore& store, const RunContext& context) {
+  std::error_code error;
+  if (!std::filesystem::is_regular_file(path, error)) return std::nullopt;
+  const std::uintmax_t num_bytes = std::filesystem::file_size(path, error);
+  if (error || !store.has_source_of_size(num_bytes)) return std::nullopt;
+  return store.find_source(
+      source_identity(hash_file(path, num_bytes, context), options.canonical()));
+}
+
+IngestReport ingest_points(PointReader& reader, const std::string& path, const Lattice& lattice,
+                           PointStore& store, const IngestOptions& options,
+                           const RunContext& context) {
+  check_options(options);
+  SourceRecord source;
+  source.path = path;
+  source.parameters = options.canonical();
+  if (auto known = find_published(path, options, store, context)) {
+    return {.source = std::move(*known), .already_present = true, .num_zero = 0};
+  }
+  source.id = store.begin_source(path, source.parameters);
+  try {
+    IngestReport report = stage_and_publish(reader, lattice, store, options, context, source);
+    warn_of_zeros(path, report, options, context);
+    return report;
+  } catch (...) {
+    discard_quietly(store, source.id);
+    throw;
+  }
+}
+
+}  // namespace gdfmap

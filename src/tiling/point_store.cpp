@@ -1,0 +1,206 @@
+#include <gdfmap/tiling/point_store.hpp>
+
+#include "kPointsSchema.hpp"
+#include "point_store_impl.hpp"
+
+namespace gdfmap {
+namespace {
+
+constexpr db::Schema kSchema{.application_id = 0x67646670,  // "gdfp"
+                             .major = 1,
+                             .minor = 0,
+                             .sql = kPointsSchema};
+
+/// What one published source has in one tile, after x, y and z of the tile.
+std::string tile_query(const char* rest) {
+  // CROSS JOIN keeps the tiles in the outer loop, which then runs along their keys.
+  return std::string("SELECT t.x, t.y, t.z, s.voxel_size, ") + kSummaryColumns +
+         " FROM tiles t CROSS JOIN tile_sources ON tile = t.id JOIN sources s ON s.id = source"
+         " WHERE s.published = 1 " +
+         rest;
+}
+
+constexpr char kBlockQuery[] =
+    "SELECT b.id, s.id, s.path, b.num_points, b.checksum, b.data"
+    " FROM tiles t JOIN blocks b ON b.tile = t.id JOIN sources s ON s.id = b.source"
+    " WHERE t.x = ? AND t.y = ? AND t.z = ? AND s.published = 1 ORDER BY b.source, b.sequence";
+
+TileKey read_tile_key(const db::Statement& row) {
+  return {0, static_cast<std::int32_t>(row.integer(0)), static_cast<std::int32_t>(row.integer(1)),
+          static_cast<std::int32_t>(row.integer(2))};
+}
+
+/// Adds what one source has in a tile, a row of tile_query().
+void add_source(const db::Statement& row, TilePoints& tile) {
+  const TileSummary summary = read_summary(row, 4);
+  ByteWriter hashed;
+  hashed.put(summary.digest);
+  hashed.put(row.real(3));
+  tile.digest += hash128(hashed.bytes());
+  tile.cubes |= summary.cubes;
+  tile.num_points += summary.num_points;
+}
+
+SourceRecord read_source(const db::Statement& row) {
+  const auto count = [&](int column) { return static_cast<std::uint64_t>(row.integer(column)); };
+  SourceRecord source;
+  source.id = row.integer(0);
+  source.path = row.text(1);
+  source.parameters = row.text(2);
+  source.identity = row.digest(3);
+  source.num_bytes = count(4);
+  source.counts = {.num_read = count(5),
+                   .num_stored = count(6),
+                   .num_duplicates = count(7),
+                   .num_rejected_not_finite = count(8),
+                   .num_rejected_withheld = count(9),
+                   .num_rejected_zero = count(10),
+                   .num_rejected_out_of_range = count(11)};
+  return source;
+}
+
+constexpr char kSourceQuery[] =
+    "SELECT id, path, parameters, identity, num_bytes, num_read, num_stored, num_duplicates,"
+    " num_rejected_not_finite, num_rejected_withheld, num_rejected_zero, num_rejected_out_of_range"
+    " FROM sources WHERE published = 1";
+
+std::string describe(const TileKey& key) {
+  return "tile (" + std::to_string(key.x) + ", " + std::to_string(key.y) + ", " +
+         std::to_string(key.z) + ")";
+}
+
+/// Checks and decodes a row of kBlockQuery.
+std::vector<TileOffset> read_block(const db::Statement& row) {
+  const std::span<const std::byte> data = row.blob(5);
+  if (hash64(data) != static_cast<std::uint64_t>(row.integer(4))) {
+    throw Error(ErrorCode::kCorrupt, "its checksum does not match");
+  }
+  std::vector<TileOffset> points = decode_block(data);
+  if (points.size() != static_cast<std::uint64_t>(row.integer(3))) {
+    throw Error(ErrorCode::kCorrupt, "its number of points does not match");
+  }
+  return points;
+}
+
+}  // namespace
+
+TileSummary read_summary(const db::Statement& row, int first_column) {
+  const auto number = [&](int column) {
+    return static_cast<std::uint64_t>(row.integer(first_column + column));
+  };
+  TileSummary summary{.digest = {number(0), number(1)},
+                      .num_points = number(2),
+                      .num_blocks = number(3),
+                      .block_bytes = number(4),
+                      .cubes = {}};
+  int column = 5;
+  for (std::uint64_t& word : summary.cubes.words()) word = number(column++);
+  return summary;
+}
+
+PointStore::Impl::Impl(const std::filesystem::path& path, db::OpenMode mode,
+                       std::size_t cache_bytes)
+    : database(path, mode), writes(mode == db::OpenMode::kCreate || mode == db::OpenMode::kWrite) {
+  db::prepare_schema(database, kSchema, mode);
+  if (writes) db::configure_writer(database, cache_bytes);
+  select_tile.emplace(database, tile_query("AND t.x = ? AND t.y = ? AND t.z = ?"));
+  select_blocks.emplace(database, kBlockQuery);
+}
+
+PointStore::Impl::~Impl() {
+  inserter.reset();
+  select_tile.reset();
+  select_blocks.reset();
+  if (writes) db::close_writer(database);
+}
+
+PointStore::PointStore(const std::filesystem::path& path, db::OpenMode mode,
+                       std::size_t cache_bytes)
+    : impl_(std::make_unique<Impl>(path, mode, cache_bytes)) {}
+
+PointStore::~PointStore() = default;
+PointStore::PointStore(PointStore&&) noexcept = default;
+PointStore& PointStore::operator=(PointStore&&) noexcept = default;
+
+std::optional<std::string> PointStore::meta(const std::string& key) {
+  db::Statement select(impl_->database, "SELECT value FROM meta WHERE key = ?");
+  if (!select.bind(key).step()) return std::nullopt;
+  return select.text(0);
+}
+
+std::vector<SourceRecord> PointStore::sources() {
+  std::vector<SourceRecord> result;
+  db::Statement select(impl_->database, std::string(kSourceQuery) + " ORDER BY id");
+  while (select.step()) result.push_back(read_source(select));
+  return result;
+}
+
+std::optional<SourceRecord> PointStore::find_source(const Digest& identity) {
+  db::Statement select(impl_->database, std::string(kSourceQuery) + " AND identity = ?");
+  if (!select.bind(identity).step()) return std::nullopt;
+  return read_source(select);
+}
+
+bool PointStore::has_source_of_size(std::uint64_t num_bytes) {
+  db::Statement select(impl_->database,
+                       "SELECT 1 FROM sources WHERE published = 1 AND num_bytes = ?");
+  return select.bind(num_bytes).step();
+}
+
+void PointStore::for_each_tile(const std::function<void(const TilePoints&)>& visit) {
+  db::Statement select(impl_->database, tile_query("ORDER BY t.x, t.y, t.z"));
+  std::optional<TilePoints> tile;
+  while (select.step()) {
+    const TileKey key = read_tile_key(select);
+    if (tile && tile->key != key) visit(*tile);
+    if (!tile || tile->key != key) tile = TilePoints{.key = key, .cubes = {}, .digest = {}};
+    add_source(select, *tile);
+  }
+  if (tile) visit(*tile);
+}
+
+std::optional<TilePoints> PointStore::find_tile(const TileKey& key) {
+  db::Statement& select = *impl_->select_tile;
+  const db::RewindGuard guard(select);
+  std::optional<TilePoints> tile;
+  for (select.bind(key.x, key.y, key.z); select.step();) {
+    if (!tile) tile = TilePoints{.key = key, .cubes = {}, .digest = {}};
+    add_source(select, *tile);
+  }
+  return tile;
+}
+
+void PointStore::for_each_block(const TileKey& key,
+                                const std::function<void(std::span<const TileOffset>)>& visit) {
+  db::Statement& select = *impl_->select_blocks;
+  const db::RewindGuard guard(select);
+  for (select.bind(key.x, key.y, key.z); select.step();) {
+    std::vector<TileOffset> points;
+    try {
+      points = read_block(select);
+    } catch (const Error& error) {
+      throw Error(ErrorCode::kCorrupt, impl_->database.path().string() + ": " + describe(key) +
+                                           ", block " + std::to_string(select.integer(0)) +
+                                           " of source " + std::to_string(select.integer(1)) +
+                                           " (" + select.text(2) + ") is damaged: " + error.what());
+    }
+    visit(points);
+  }
+}
+
+PointStore::Totals PointStore::totals() {
+  db::Statement select(impl_->database,
+                       "SELECT count(DISTINCT tile), sum(num_points), sum(num_blocks), "
+                       "sum(block_bytes) FROM tile_sources "
+                       "WHERE source IN (SELECT id FROM sources WHERE published = 1)");
+  select.step();
+  const auto number = [&](int column) {
+    return static_cast<std::uint64_t>(select.integer(column));
+  };
+  return {.num_points = number(1),
+          .num_blocks = number(2),
+          .num_tiles = number(0),
+          .block_bytes = number(3)};
+}
+
+}  // namespace gdfmap

@@ -1,0 +1,56 @@
+#pragma once
+
+#include <optional>
+
+#include <gdfmap/tiling/point_store.hpp>
+
+namespace gdfmap {
+
+/// A row of tile_sources: what one source put into one tile.
+struct TileSummary {
+  Digest digest;
+  std::uint64_t num_points = 0;
+  std::uint64_t num_blocks = 0;
+  std::uint64_t block_bytes = 0;
+  CubeMask cubes;
+
+  void add(const NewBlock& block);
+};
+
+/// The columns of a TileSummary, and how many they are.
+inline constexpr char kSummaryColumns[] =
+    "digest_low, digest_high, num_points, num_blocks, block_bytes, "
+    "cubes_0, cubes_1, cubes_2, cubes_3, cubes_4, cubes_5, cubes_6, cubes_7";
+inline constexpr int kNumSummaryColumns = 13;
+
+/// Reads kSummaryColumns, the first of which is the given one.
+[[nodiscard]] TileSummary read_summary(const db::Statement& row, int first_column);
+
+/// The statements of append(), prepared once.
+class BlockInserter {
+ public:
+  explicit BlockInserter(db::Database& database);
+  void insert(std::int64_t source, const NewBlock& block);
+
+ private:
+  [[nodiscard]] std::int64_t tile_id(const TileKey& key);
+  [[nodiscard]] TileSummary summary(std::int64_t tile, std::int64_t source);
+  void put_summary(std::int64_t tile, std::int64_t source, const TileSummary& summary);
+
+  db::Database* database_;
+  db::Statement select_tile_, insert_tile_, select_summary_, put_summary_, insert_block_;
+};
+
+struct PointStore::Impl {
+  Impl(const std::filesystem::path& path, db::OpenMode mode, std::size_t cache_bytes);
+  ~Impl();
+  Impl(const Impl&) = delete;
+  Impl& operator=(const Impl&) = delete;
+
+  db::Database database;
+  bool writes;
+  std::optional<db::Statement> select_tile, select_blocks;
+  std::optional<BlockInserter> inserter;
+};
+
+}  // namespace gdfmap

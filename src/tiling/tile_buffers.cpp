@@ -1,0 +1,143 @@
+#include "tile_buffers.hpp"
+
+#include <algorithm>
+#include <bit>
+
+namespace gdfmap {
+namespace {
+
+constexpr std::size_t kMinBuckets = 4096;
+
+}  // namespace
+
+TileBuffers::TileBuffers(std::size_t max_bytes)
+    : max_tiles_(std::min<std::size_t>(max_bytes / (kBytesPerTile + sizeof(Chunk)), kNone)),
+      max_chunks_(max_tiles_),
+      index_(kMinBuckets, kNone) {}
+
+bool TileBuffers::has_room() const {
+  return (num_free_chunks_ > 0 || chunks_.size() < max_chunks_) && tiles_.size() < max_tiles_;
+}
+
+TileBuffers::Slot TileBuffers::add(const TileKey& key, TileOffset point) {
+  if (last_ == kNone || tiles_[last_].key != key) last_ = find_or_add(key);
+  Tile& tile = tiles_[last_];
+  const std::size_t place = tile.num_points % kPointsPerChunk;
+  if (place == 0) tile.first_chunk = new_chunk(tile.first_chunk);
+  std::uint16_t(&xyz)[3] = chunks_[tile.first_chunk].xyz[place];
+  xyz[0] = point.x;
+  xyz[1] = point.y;
+  xyz[2] = point.z;
+  ++tile.num_points;
+  return last_;
+}
+
+std::size_t TileBuffers::num_chunks(std::size_t num_points) {
+  return (num_points + kPointsPerChunk - 1) / kPointsPerChunk;
+}
+
+std::uint32_t TileBuffers::new_chunk(std::uint32_t next) {
+  std::uint32_t chunk = free_chunk_;
+  if (chunk != kNone) {
+    free_chunk_ = chunks_[chunk].next;
+    --num_free_chunks_;
+  } else {
+    chunk = static_cast<std::uint32_t>(chunks_.size());
+    chunks_.grow();
+  }
+  chunks_[chunk].next = next;
+  return chunk;
+}
+
+std::size_t TileBuffers::bucket_of(const TileKey& key) const {
+  std::size_t bucket = TileKeyHash{}(key) & (index_.size() - 1);
+  while (index_[bucket] != kNone && tiles_[index_[bucket]].key != key) {
+    bucket = (bucket + 1) & (index_.size() - 1);
+  }
+  return bucket;
+}
+
+TileBuffers::Slot TileBuffers::find_or_add(const TileKey& key) {
+  Slot& slot = index_[bucket_of(key)];
+  if (slot != kNone) return slot;
+  const auto added = static_cast<Slot>(tiles_.size());
+  slot = added;
+  tiles_.grow();
+  tiles_[added] = Tile{key};
+  if (3 * tiles_.size() > 2 * index_.size()) rebuild_index(2 * index_.size());
+  return added;
+}
+
+void TileBuffers::rebuild_index(std::size_t num_buckets) {
+  index_.assign(num_buckets, kNone);
+  for (std::size_t slot = 0; slot < tiles_.size(); ++slot) {
+    index_[bucket_of(tiles_[slot].key)] = static_cast<Slot>(slot);
+  }
+}
+
+void TileBuffers::take(Slot slot, std::vector<TileOffset>& points) {
+  Tile& tile = tiles_[slot];
+  points.clear();
+  points.reserve(tile.num_points);
+  std::size_t in_chunk = (tile.num_points + kPointsPerChunk - 1) % kPointsPerChunk + 1;
+  while (tile.first_chunk != kNone) {
+    Chunk& chunk = chunks_[tile.first_chunk];
+    for (std::size_t i = 0; i < in_chunk; ++i) {
+      points.push_back({chunk.xyz[i][0], chunk.xyz[i][1], chunk.xyz[i][2]});
+    }
+    in_chunk = kPointsPerChunk;
+    const std::uint32_t next = chunk.next;
+    chunk.next = free_chunk_;
+    free_chunk_ = tile.first_chunk;
+    ++num_free_chunks_;
+    tile.first_chunk = next;
+  }
+  tile.num_points = 0;
+}
+
+std::vector<TileBuffers::Slot> TileBuffers::occupied() const {
+  std::vector<Slot> slots;
+  slots.reserve(tiles_.size());
+  for (std::size_t slot = 0; slot < tiles_.size(); ++slot) {
+    if (tiles_[slot].num_points > 0) slots.push_back(static_cast<Slot>(slot));
+  }
+  return slots;
+}
+
+std::vector<TileBuffers::Slot> TileBuffers::all() const {
+  std::vector<Slot> slots = occupied();
+  sort_by_key(slots);
+  return slots;
+}
+
+std::vector<TileBuffers::Slot> TileBuffers::largest() const {
+  std::vector<Slot> slots = occupied();
+  std::stable_sort(slots.begin(), slots.end(),
+                   [&](Slot a, Slot b) { return num_points(a) > num_points(b); });
+  std::size_t tiles_left = slots.size();
+  std::size_t chunks_left = chunks_.size() - num_free_chunks_;
+  std::size_t count = 0;
+  while (count < slots.size() && (tiles_left > max_tiles_ / 2 || chunks_left > max_chunks_ / 2)) {
+    --tiles_left;
+    chunks_left -= num_chunks(num_points(slots[count++]));
+  }
+  slots.resize(count);
+  sort_by_key(slots);
+  return slots;
+}
+
+void TileBuffers::sort_by_key(std::vector<Slot>& slots) const {
+  std::sort(slots.begin(), slots.end(), [&](Slot a, Slot b) { return tile(a) < tile(b); });
+}
+
+void TileBuffers::forget_empty() {
+  std::size_t kept = 0;
+  for (std::size_t slot = 0; slot < tiles_.size(); ++slot) {
+    if (tiles_[slot].num_points > 0) tiles_[kept++] = tiles_[slot];
+  }
+  tiles_.shrink(kept);
+  last_ = kNone;
+  rebuild_index(std::max(kMinBuckets, std::bit_ceil(kept + kept / 2 + 1)));
+}
+
+}  // namespace gdfmap

@@ -1,0 +1,51 @@
+#include "cube_job.hpp"
+
+#include <algorithm>
+
+#include <gdfmap/core/bytes.hpp>
+#include <gdfmap/fit/cube_fit.hpp>
+
+namespace gdfmap {
+
+Digest configuration_digest(const FitConfig& config) {
+  ByteWriter writer;
+  writer.put(kFitVersion);
+  const std::string text = config.canonical();
+  writer.put_bytes(std::as_bytes(std::span(text)));
+  return hash128(writer.bytes());
+}
+
+Digest input_digest(const CubeJob& job, const Digest& configuration) {
+  ByteWriter writer;
+  writer.put(configuration);
+  writer.put(job.key.level);
+  writer.put(job.edge);
+  writer.put(static_cast<std::uint8_t>(job.populated));
+  for (const float target : job.targets) writer.put(target);
+  for (const float target : job.held_out) writer.put(target);
+  return hash128(writer.bytes());
+}
+
+CubeRecord run(const CubeJob& job, const FitConfig& config, const Digest& input) {
+  CubeFit fit =
+      fit_cube({job.targets, job.held_out, job.key.level, job.edge, job.populated}, config);
+  CubeRecord record;
+  record.index = cube_index_in_tile(job.key);
+  record.cube_class = job.populated ? CubeClass::kPopulated : CubeClass::kEmpty;
+  record.num_iterations = fit.num_iterations;
+  record.reach = *std::max_element(job.targets.begin(), job.targets.end());
+  record.input = input;
+  if (!fit.finite) {
+    record.status = CubeStatus::kFailed;
+    record.failure = FailureReason::kNotFinite;
+    return record;
+  }
+  const double threshold =
+      config.mae_threshold_max * static_cast<double>(level_scale(job.key.level));
+  record.status = fit.errors.mae > threshold ? CubeStatus::kPoor : CubeStatus::kFitted;
+  record.errors = fit.errors;
+  record.gaussians = std::move(fit.gaussians);
+  return record;
+}
+
+}  // namespace gdfmap

@@ -1,0 +1,30 @@
+#pragma once
+
+#include <array>
+
+#include <gdfmap/edt/sample_lattice.hpp>
+#include <gdfmap/fit/fit_config.hpp>
+#include <gdfmap/store/tile_record.hpp>
+
+namespace gdfmap {
+
+/// What one cube is fitted to; owns its samples.
+struct CubeJob {
+  CubeKey key;
+  bool populated = false;
+  double edge = 1.0;  ///< metres
+  std::array<float, kNumSamples> targets;
+  std::array<float, kNumHeldOut> held_out;
+};
+
+/// Digest of everything that decides a cube's record: its samples, its class, the configuration and
+/// the fit version. Equal digests, equal records.
+[[nodiscard]] Digest input_digest(const CubeJob& job, const Digest& configuration);
+
+/// Digest of a configuration and the fit version.
+[[nodiscard]] Digest configuration_digest(const FitConfig& config);
+
+/// Fits a cube: a pure function, whatever the thread.
+[[nodiscard]] CubeRecord run(const CubeJob& job, const FitConfig& config, const Digest& input);
+
+}  // namespace gdfmap

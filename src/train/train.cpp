@@ -1,0 +1,242 @@
+#include <algorithm>
+#include <memory>
+#include <unordered_map>
+#include <utility>
+#include <vector>
+
+#include <gdfmap/core/error.hpp>
+#include <gdfmap/core/failpoint.hpp>
+#include <gdfmap/core/parallel.hpp>
+#include <gdfmap/train/train.hpp>
+
+#include "cube_job.hpp"
+#include "tile_plan.hpp"
+#include "tile_samples.hpp"
+
+namespace gdfmap {
+namespace {
+
+constexpr const char* kConfigKey = "fit_config";
+
+/// Tiles whose cubes are fitted side by side and committed together.
+constexpr std::size_t kMaxWindowTiles = 16;
+/// What a tile of a window holds at most: samples of 512 cubes, lattice and results.
+constexpr std::size_t kTileBytes = std::size_t{8} << 20;
+
+/// The configuration of this run; stores it when it is new.
+FitConfig settle_configuration(Map& map, const TrainOptions& options) {
+  const auto stored_text = map.cubes().meta(kConfigKey);
+  if (!stored_text || options.retrain) {
+    const FitConfig config = options.config.value_or(FitConfig::defaults(map.geometry().cube_size));
+    map.cubes().set_meta(kConfigKey, config.canonical());
+    return config;
+  }
+  const FitConfig stored = FitConfig::from_canonical(*stored_text);
+  if (options.config && !(*options.config == stored)) {
+    std::string keys;
+    for (const std::string& key : options.config->differing_keys(stored)) {
+      keys += (keys.empty() ? "" : ", ") + key;
+    }
+    throw Error(ErrorCode::kUsage, map.path().string() + " was trained with other values of " +
+                                       keys +
+                                       "; --retrain fits the whole map again with the new ones");
+  }
+  return stored;
+}
+
+std::vector<TilePoints> occupied_tiles(PointStore& points) {
+  std::vector<TilePoints> tiles;
+  points.for_each_tile([&](const TilePoints& tile) { tiles.push_back(tile); });
+  return tiles;
+}
+
+void store_occupied(CubeStore& cubes, std::span<const TilePoints> tiles) {
+  std::vector<OccupiedTile> occupied;
+  occupied.reserve(tiles.size());
+  for (const TilePoints& tile : tiles) occupied.push_back({tile.key, tile.cubes});
+  failpoint("train.before_occupied");
+  cubes.set_occupied(occupied);
+  failpoint("train.after_occupied");
+}
+
+/// What the stored tiles were made from.
+struct TileOrigin {
+  Digest surroundings, configuration;
+};
+using TileOrigins = std::unordered_map<TileKey, TileOrigin, TileKeyHash>;
+
+TileOrigins stored_origins(CubeStore& cubes) {
+  TileOrigins origins;
+  cubes.for_each_state([&](const TileState& state) {
+    origins[state.key] = {state.surroundings, state.configuration};
+  });
+  return origins;
+}
+
+/// Deletes tiles that are no candidates any more.
+std::int64_t delete_obsolete(CubeStore& cubes, TileOrigins origins,
+                             const std::vector<CandidateTile>& plan) {
+  for (const CandidateTile& tile : plan) origins.erase(tile.key);
+  std::vector<TileKey> obsolete;
+  for (const auto& [key, origin] : origins) obsolete.push_back(key);
+  if (!obsolete.empty()) cubes.erase(obsolete);
+  return static_cast<std::int64_t>(obsolete.size());
+}
+
+/// Brings stale tiles up to date, a window of them at a time.
+class Trainer {
+ public:
+  Trainer(Map& map, const FitConfig& config, std::span<const TilePoints> occupied,
+          const RunContext& context, TrainReport& report)
+      : map_(map),
+        config_(config),
+        configuration_(configuration_digest(config)),
+        exact_distance_(map.points(), occupied, context.memory() / 4),
+        context_(context),
+        report_(report) {}
+
+  [[nodiscard]] const Digest& configuration() const { return configuration_; }
+
+  void run(std::span<const CandidateTile> stale) {
+    const std::size_t window =
+        std::clamp(context_.memory() / 8 / kTileBytes, std::size_t{1}, kMaxWindowTiles);
+    for (std::size_t begin = 0; begin < stale.size(); begin += window) {
+      context_.throw_if_stopped();
+      train_window(stale.subspan(begin, std::min(window, stale.size() - begin)));
+      report_progress(begin + window, stale.size());
+    }
+  }
+
+ private:
+  /// One cube of the window: to be fitted, or found unchanged.
+  struct Slot {
+    std::size_t tile = 0;
+    std::unique_ptr<CubeJob> job;
+    CubeRecord record;
+    bool fitted = false;
+    bool done = false;
+  };
+
+  void train_window(std::span<const CandidateTile> tiles) {
+    std::vector<Slot> slots;
+    for (std::size_t i = 0; i < tiles.size(); ++i) add_slots(i, tiles[i], slots);
+    fit(tiles, slots);
+    commit(tiles, std::move(slots));
+  }
+
+  void add_slots(std::size_t tile, const CandidateTile& candidate, std::vector<Slot>& slots) {
+    const TileSamples samples(candidate.key, candidate.cubes, map_.lattice(), config_,
+                              exact_distance_, context_.threads());
+    for (std::size_t n = 0; n < samples.cubes().size(); ++n) {
+      const int index = samples.cubes()[n];
+      auto job = std::make_unique<CubeJob>();
+      job->key = cube_at(candidate.key, index);
+      job->populated = candidate.cubes.test(index);
+      job->edge = map_.lattice().cube_edge(candidate.key.level);
+      samples.copy_targets(n, job->targets);
+      std::copy_n(samples.held_out(n).begin(), kNumHeldOut, job->held_out.begin());
+      slots.push_back({tile, std::move(job), {}, false, false});
+    }
+  }
+
+  void fit(std::span<const CandidateTile> tiles, std::vector<Slot>& slots) {
+    const std::vector<std::vector<CubeRecord>> former = former_records(tiles);
+    parallel_for(slots.size(), context_.threads(), [&](std::size_t i) {
+      Slot& slot = slots[i];
+      if (context_.stop_requested()) return;
+      const Digest input = input_digest(*slot.job, configuration_);
+      const int index = cube_index_in_tile(slot.job->key);
+      const auto& records = former[slot.tile];
+      const auto same = std::find_if(records.begin(), records.end(), [&](const CubeRecord& r) {
+        return r.index == index && r.input == input;
+      });
+      slot.fitted = same == records.end();
+      slot.record = slot.fitted ? gdfmap::run(*slot.job, config_, input) : *same;
+      slot.job.reset();
+      slot.done = true;
+    });
+  }
+
+  /// What is stored of these tiles; a damaged one counts as absent, and is thereby repaired.
+  [[nodiscard]] std::vector<std::vector<CubeRecord>> former_records(
+      std::span<const CandidateTile> tiles) {
+    std::vector<std::vector<CubeRecord>> former(tiles.size());
+    for (std::size_t i = 0; i < tiles.size(); ++i) {
+      try {
+        if (auto record = map_.cubes().read(tiles[i].key)) former[i] = std::move(record->cubes);
+      } catch (const Error& error) {
+        if (error.code() != ErrorCode::kCorrupt) throw;
+        context_.warn(std::string(error.what()) + "; it is fitted again");
+      }
+    }
+    return former;
+  }
+
+  /// Stores the tiles of which every cube is done: all of them unless a stop was requested.
+  void commit(std::span<const CandidateTile> tiles, std::vector<Slot> slots) {
+    std::vector<TileRecord> records;
+    for (std::size_t i = 0; i < tiles.size(); ++i) {
+      const auto of_tile = [&](const Slot& slot) { return slot.tile == i; };
+      const auto begin = std::find_if(slots.begin(), slots.end(), of_tile);
+      const auto end = std::find_if_not(begin, slots.end(), of_tile);
+      if (!std::all_of(begin, end, [](const Slot& slot) { return slot.done; })) continue;
+      TileRecord& record =
+          records.emplace_back(TileRecord{tiles[i].key, tiles[i].surroundings, configuration_, {}});
+      for (auto slot = begin; slot != end; ++slot) {
+        count(*slot);
+        record.cubes.push_back(std::move(slot->record));
+      }
+    }
+    map_.cubes().put(records);
+    report_.num_tiles_trained += static_cast<std::int64_t>(records.size());
+  }
+
+  void count(const Slot& slot) {
+    if (!slot.fitted) {
+      ++report_.num_cubes_unchanged;
+      return;
+    }
+    ++report_.num_cubes_fitted;
+    if (slot.record.status == CubeStatus::kPoor) ++report_.num_cubes_poor;
+    if (slot.record.status == CubeStatus::kFailed) ++report_.num_cubes_failed;
+  }
+
+  void report_progress(std::size_t done, std::size_t total) const {
+    context_.progress({"tiles", std::min(done, total), total,
+                       std::to_string(report_.num_cubes_fitted) + " cubes fitted"});
+  }
+
+  Map& map_;
+  const FitConfig& config_;
+  Digest configuration_;
+  ExactDistance exact_distance_;
+  const RunContext& context_;
+  TrainReport& report_;
+};
+
+}  // namespace
+
+TrainReport train(Map& map, const TrainOptions& options, const RunContext& context) {
+  PointStore& points = map.points();
+  const FitConfig config = settle_configuration(map, options);
+  const std::vector<TilePoints> occupied = occupied_tiles(points);
+  store_occupied(map.cubes(), occupied);
+
+  TrainReport report;
+  std::vector<CandidateTile> plan = plan_tiles(occupied, map.lattice(), config);
+  report.num_tiles = static_cast<std::int64_t>(plan.size());
+  const TileOrigins origins = stored_origins(map.cubes());
+  report.num_tiles_deleted = delete_obsolete(map.cubes(), origins, plan);
+
+  Trainer trainer(map, config, occupied, context, report);
+  std::erase_if(plan, [&](const CandidateTile& tile) {
+    const auto stored = origins.find(tile.key);
+    return stored != origins.end() && stored->second.surroundings == tile.surroundings &&
+           stored->second.configuration == trainer.configuration();
+  });
+  trainer.run(plan);
+  context.throw_if_stopped();
+  return report;
+}
+
+}  // namespace gdfmap

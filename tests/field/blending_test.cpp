@@ -1,0 +1,97 @@
+#include <cmath>
+
+#include <gtest/gtest.h>
+
+#include <gdfmap/field/blending.hpp>
+
+namespace gdfmap {
+namespace {
+
+constexpr double kEdge = 1.0, kMargin = 0.25;
+
+BlendTerms terms_at(const Vector3& p) {
+  const CubeKey own{0, static_cast<std::int64_t>(std::floor(p.x())),
+                    static_cast<std::int64_t>(std::floor(p.y())),
+                    static_cast<std::int64_t>(std::floor(p.z()))};
+  return partition_of_unity(own, p.array().floor().matrix(), p, kEdge, kMargin);
+}
+
+double weight_of(const CubeKey& cube, const Vector3& p) {
+  const BlendTerms terms = terms_at(p);
+  for (int i = 0; i < terms.count; ++i) {
+    const BlendTerm& term = terms.terms[static_cast<std::size_t>(i)];
+    if (term.cube == cube) return term.weight;
+  }
+  return 0.0;
+}
+
+TEST(PartitionOfUnity, ACubesInteriorIsItsOwn) {
+  const BlendTerms terms = terms_at({3.5, -2.5, 0.5});
+  ASSERT_EQ(terms.count, 1);
+  EXPECT_EQ(terms.terms[0].cube, (CubeKey{0, 3, -3, 0}));
+  EXPECT_EQ(terms.terms[0].weight, 1.0);
+  EXPECT_EQ(terms.terms[0].weight_gradient, Vector3::Zero());
+}
+
+TEST(PartitionOfUnity, CubesShareAFaceEvenly) {
+  EXPECT_DOUBLE_EQ(weight_of({0, 0, 0, 0}, {1.0 - 1e-12, 0.5, 0.5}), 0.5);
+  EXPECT_NEAR(weight_of({0, 1, 0, 0}, {1.0 - 1e-12, 0.5, 0.5}), 0.5, 1e-9);
+}
+
+TEST(PartitionOfUnity, EightCubesMeetAtACorner) {
+  const BlendTerms terms = terms_at({0.0, 0.0, 0.0});
+  ASSERT_EQ(terms.count, 8);
+  for (const BlendTerm& term : terms.terms) EXPECT_DOUBLE_EQ(term.weight, 0.125);
+}
+
+TEST(PartitionOfUnity, WeightsSumToOneAndTheirGradientsToZero) {
+  for (double x = -1.0; x < 1.0; x += 0.0937) {
+    for (double y = -1.0; y < 1.0; y += 0.1171) {
+      for (double z = -1.0; z < 1.0; z += 0.0713) {
+        const BlendTerms terms = terms_at({x, y, z});
+        double sum = 0.0;
+        Vector3 gradient = Vector3::Zero();
+        for (int i = 0; i < terms.count; ++i) {
+          sum += terms.terms[static_cast<std::size_t>(i)].weight;
+          gradient += terms.terms[static_cast<std::size_t>(i)].weight_gradient;
+        }
+        EXPECT_NEAR(sum, 1.0, 1e-14);
+        EXPECT_NEAR(gradient.norm(), 0.0, 1e-13);
+      }
+    }
+  }
+}
+
+TEST(PartitionOfUnity, GradientsEqualCentralDifferencesAcrossFacesEdgesAndCorners) {
+  const double h = 1e-6;
+  const CubeKey cube{0, 0, 0, 0};
+  for (const Vector3& p : {Vector3(1.05, 0.5, 0.5), Vector3(0.98, 1.02, 0.5),
+                           Vector3(0.9, 0.95, 1.1), Vector3(0.1, -0.05, 0.02)}) {
+    const BlendTerms terms = terms_at(p);
+    for (int i = 0; i < terms.count; ++i) {
+      const BlendTerm& term = terms.terms[static_cast<std::size_t>(i)];
+      if (!(term.cube == cube)) continue;
+      for (int a = 0; a < 3; ++a) {
+        const Vector3 step = h * Vector3::Unit(a);
+        const double difference = (weight_of(cube, p + step) - weight_of(cube, p - step)) / (2 * h);
+        EXPECT_NEAR(term.weight_gradient[a], difference, 1e-6) << p.transpose();
+      }
+    }
+  }
+}
+
+TEST(PartitionOfUnity, TermsComeInKeyOrder) {
+  const BlendTerms terms = terms_at({0.9, 0.05, 0.95});
+  ASSERT_EQ(terms.count, 8);
+  for (std::size_t i = 1; i < 8; ++i) EXPECT_LT(terms.terms[i - 1].cube, terms.terms[i].cube);
+}
+
+TEST(Gdf1BlendWeight, FallsFromOneAtTheFaceToZeroAtTheMargin) {
+  EXPECT_EQ(gdf1_blend_weight({0.5, 0.5, 0.5}, kEdge, kMargin), 1.0);
+  EXPECT_EQ(gdf1_blend_weight({0.5, 0.0, 0.5}, kEdge, kMargin), 1.0);
+  EXPECT_DOUBLE_EQ(gdf1_blend_weight({0.5, -0.125, 0.5}, kEdge, kMargin), 0.5);
+  EXPECT_EQ(gdf1_blend_weight({0.5, 0.5, 1.25}, kEdge, kMargin), 0.0);
+}
+
+}  // namespace
+}  // namespace gdfmap

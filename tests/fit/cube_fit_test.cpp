@@ -1,0 +1,89 @@
+#include <cmath>
+
+#include <gtest/gtest.h>
+
+#include <gdfmap/fit/cube_fit.hpp>
+
+#include "support/cube_targets.hpp"
+
+namespace gdfmap {
+namespace {
+
+double wall(const Vector3& p) { return std::abs(p.x() - 0.3); }
+
+TEST(FitCube, MeetsTheThresholdOnAWall) {
+  const test::CubeTargets targets(wall);
+  const FitConfig config;
+  const CubeFit fit = fit_cube(targets.samples(), config);
+  ASSERT_TRUE(fit.finite);
+  EXPECT_LE(fit.errors.mae, config.mae_threshold);
+  EXPECT_LE(fit.errors.mae, fit.errors.rmse);
+  EXPECT_LE(fit.errors.p95, fit.errors.max);
+  EXPECT_GT(fit.num_iterations, 0);
+}
+
+TEST(FitCube, ErrorsAreThoseOfTheStoredGaussians) {
+  const test::CubeTargets targets(test::planes_distance(11));
+  const CubeFit fit = fit_cube(targets.samples(), FitConfig{});
+  const Kernel kernel(fit.gaussians);
+  double sum = 0.0;
+  for (int n = 0; n < kNumHeldOut; ++n) {
+    constexpr int k = kHeldOutPerAxis;
+    const Vector3 p(held_out_position(n / (k * k), 0), held_out_position(n / k % k, 0),
+                    held_out_position(n % k, 0));
+    sum += std::abs(evaluate(kernel.view(), p) - targets.held_out[static_cast<std::size_t>(n)]);
+  }
+  EXPECT_NEAR(fit.errors.mae, sum / kNumHeldOut, 1e-7);
+}
+
+TEST(FitCube, GrowsOnlyWhereTheErrorAsksForIt) {
+  FitConfig config;
+  config.mae_threshold = 1.0;
+  const test::CubeTargets targets(test::planes_distance(3));
+  EXPECT_EQ(fit_cube(targets.samples(true), config).gaussians.size(), 8u);
+  config.mae_threshold = 0.0;
+  EXPECT_EQ(fit_cube(targets.samples(true), config).gaussians.size(), 32u);
+  EXPECT_EQ(fit_cube(targets.samples(false), config).gaussians.size(), 16u);
+}
+
+TEST(FitCube, IsTheSameAtEveryScale) {
+  FitConfig config;
+  const test::CubeTargets small(wall);
+  const test::CubeTargets large([](const Vector3& p) { return 4.0 * wall(p / 4.0); }, 4.0);
+  const CubeFit a = fit_cube(small.samples(), config);
+  config.mae_threshold *= 4.0;
+  const CubeFit b = fit_cube(large.samples(true, 4.0), config);
+  ASSERT_EQ(a.gaussians.size(), b.gaussians.size());
+  EXPECT_NEAR(b.errors.mae, 4.0 * a.errors.mae, 1e-4);
+  for (std::size_t k = 0; k < a.gaussians.size(); ++k) {
+    // Root sigma of a length 4 times as long is twice as large.
+    EXPECT_NEAR(b.gaussians.at(kRootSigmaX, k), 2.0f * a.gaussians.at(kRootSigmaX, k), 2e-2);
+  }
+}
+
+TEST(FitCube, GivesTheSameBytesEveryTime) {
+  const test::CubeTargets targets(test::planes_distance(8));
+  const CubeFit a = fit_cube(targets.samples(), FitConfig{});
+  const CubeFit b = fit_cube(targets.samples(), FitConfig{});
+  EXPECT_EQ(a.gaussians, b.gaussians);
+}
+
+TEST(FitCube, CeresFitsAsWell) {
+  FitConfig config;
+  config.populated_steps = {8};
+  const test::CubeTargets targets(test::planes_distance(2));
+  const CubeFit ours = fit_cube(targets.samples(), config);
+  config.solver = Solver::kCeres;
+  const CubeFit theirs = fit_cube(targets.samples(), config);
+  ASSERT_TRUE(theirs.finite);
+  EXPECT_NEAR(theirs.errors.mae, ours.errors.mae, 0.5 * ours.errors.mae + 0.002);
+}
+
+TEST(FitCube, SaysSoWhenTargetsAreNotNumbers) {
+  test::CubeTargets targets(wall);
+  targets.targets[17] = std::nanf("");
+  EXPECT_FALSE(fit_cube(targets.samples(), FitConfig{}).finite);
+}
+
+}  // namespace
+}  // namespace gdfmap

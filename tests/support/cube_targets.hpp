@@ -1,0 +1,70 @@
+#pragma once
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstdint>
+#include <functional>
+#include <vector>
+
+#include <gdfmap/core/geometry.hpp>
+#include <gdfmap/edt/sample_lattice.hpp>
+#include <gdfmap/fit/cube_fit.hpp>
+
+namespace gdfmap::test {
+
+/// Samples of a unit cube at the origin of some distance function.
+struct CubeTargets {
+  std::array<float, kNumSamples> targets;
+  std::array<float, kNumHeldOut> held_out;
+
+  explicit CubeTargets(const std::function<double(const Vector3&)>& distance, double edge = 1.0) {
+    std::size_t i = 0;
+    for (int n = 0; n < kNumSamples; ++n) {
+      constexpr int k = kSamplesPerAxis;
+      targets[i++] = static_cast<float>(
+          distance(edge * Vector3(sample_position(n / (k * k)), sample_position(n / k % k),
+                                  sample_position(n % k))));
+    }
+    i = 0;
+    for (int n = 0; n < kNumHeldOut; ++n) {
+      constexpr int k = kHeldOutPerAxis;
+      held_out[i++] = static_cast<float>(
+          distance(edge * Vector3(held_out_position(n / (k * k), 0),
+                                  held_out_position(n / k % k, 0), held_out_position(n % k, 0))));
+    }
+  }
+
+  [[nodiscard]] CubeSamples samples(bool populated = true, double edge = 1.0) const {
+    return {targets, held_out, 0, edge, populated};
+  }
+};
+
+/// Distance to the nearest of a few planes through random places: creases like those of real
+/// scenes.
+[[nodiscard]] inline std::function<double(const Vector3&)> planes_distance(unsigned seed) {
+  struct Plane {
+    Vector3 normal;
+    double offset;
+  };
+  std::vector<Plane> planes;
+  std::uint64_t state = seed * 2654435761u + 1;
+  const auto uniform = [&] {
+    state = state * 6364136223846793005u + 1442695040888963407u;
+    return static_cast<double>(state >> 11) / 9007199254740992.0;
+  };
+  const int count = 1 + static_cast<int>(seed % 4);
+  for (int i = 0; i < count; ++i) {
+    const Vector3 normal = Vector3(uniform() - 0.5, uniform() - 0.5, uniform() - 0.5).normalized();
+    planes.push_back({normal, normal.dot(Vector3(uniform(), uniform(), uniform()))});
+  }
+  return [planes](const Vector3& p) {
+    double least = 1e9;
+    for (const Plane& plane : planes) {
+      least = std::min(least, std::abs(plane.normal.dot(p) - plane.offset));
+    }
+    return least;
+  };
+}
+
+}  // namespace gdfmap::test

@@ -1,0 +1,28 @@
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <span>
+#include <string>
+#include <vector>
+
+#include <gdfmap/core/geometry.hpp>
+#include <gdfmap/map/map.hpp>
+
+namespace gdfmap::test {
+
+/// Writes points to a PLY file of doubles.
+void write_cloud(const std::filesystem::path& path, std::span<const Vector3> points);
+
+/// The first `count` points of an analytic scene, without noise.
+[[nodiscard]] std::vector<Vector3> scene_points(const std::string& scene, std::uint64_t count,
+                                                double size = 0.0);
+
+/// A new map at `path` that holds these points, not trained.
+[[nodiscard]] Map map_of(const std::filesystem::path& path, std::span<const Vector3> points,
+                         double cube_size = 1.0);
+
+/// All bytes of a file.
+[[nodiscard]] std::string read_file(const std::filesystem::path& path);
+
+}  // namespace gdfmap::test

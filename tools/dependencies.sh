@@ -1,0 +1,30 @@
+#!/usr/bin/env bash
+# Installs what gdfmap builds and runs with, from the distribution's packages. Safe to run twice: does
+# nothing when everything is there. Sourced or called by test.sh and demo.sh.
+set -euo pipefail
+
+PACKAGES=(g++ cmake ninja-build ccache git pkg-config ca-certificates
+  libeigen3-dev libceres-dev libsqlite3-dev liblz4-dev libxxhash-dev libyaml-cpp-dev
+  libcli11-dev nlohmann-json3-dev libcairo2-dev fonts-dejavu-core)
+if [[ "${1:-}" == "--tests" ]]; then
+  PACKAGES+=(libgtest-dev libpcl-dev libbenchmark-dev util-linux)
+fi
+
+missing=()
+for package in "${PACKAGES[@]}"; do
+  dpkg-query -W -f='${Status}' "$package" 2>/dev/null | grep -q 'install ok installed' ||
+    missing+=("$package")
+done
+if ((${#missing[@]} == 0)); then
+  echo "dependencies: all installed"
+  exit 0
+fi
+
+echo "dependencies: installing ${missing[*]}"
+sudo=()
+if ((EUID != 0)); then
+  command -v sudo >/dev/null || { echo "needs root or sudo to install packages" >&2; exit 3; }
+  sudo=(sudo)
+fi
+"${sudo[@]}" apt-get update
+"${sudo[@]}" env DEBIAN_FRONTEND=noninteractive apt-get install -y --no-install-recommends "${missing[@]}"

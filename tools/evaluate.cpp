@@ -1,0 +1,91 @@
+#include <memory>
+#include <string>
+
+#include <CLI/CLI.hpp>
+#include <nlohmann/json.hpp>
+
+#include <gdfmap/core/error.hpp>
+#include <gdfmap/pipeline/evaluate.hpp>
+
+#include "commands.hpp"
+#include "evaluation_report.hpp"
+#include "options.hpp"
+#include "session.hpp"
+#include "text.hpp"
+
+namespace gdfmap::cli {
+namespace {
+
+constexpr Help kHelp = {
+    "evaluate", "Compare the field with exact distances",
+    "Without a cloud, a map is compared with its own points. Errors are those of answers that rest "
+    "on cubes; far bounds and unknown answers are counted beside them. --truth compares with an "
+    "analytic scene (see gdfmap synth); samples where the points themselves miss the scene by more "
+    "than 5 mm are set aside and counted.",
+    "  gdfmap evaluate city.gdfmap\n"
+    "  gdfmap evaluate model.bin city.ply --step 0.1 --blend gdf1\n"
+    "  gdfmap evaluate scene.gdfmap --truth city --samples 200000 --json"};
+
+struct Options {
+  CommonOptions common;
+  std::string path;
+  std::string cloud;
+  EvaluateOptions evaluate;
+  BlendOption blend;
+};
+
+void run(const Options& options) {
+  Session session(options.common, OnSignal::kStop);
+  EvaluateOptions how = options.evaluate;
+  how.cloud = options.cloud;
+  how.blend = options.blend.mode();
+  const Evaluation evaluation = evaluate(options.path, how, session.context());
+  if (session.json()) {
+    session.print_json(evaluation_json(evaluation));
+  } else {
+    session.print(evaluation_text(evaluation));
+  }
+}
+
+void add_sampling_options(CLI::App& app, EvaluateOptions& how) {
+  CLI::Option* const samples =
+      app.add_option("--samples", how.num_samples,
+                     "Number of random samples, uniform over the cubes (default " +
+                         std::to_string(how.num_samples) + ")")
+          ->option_text("N")
+          ->check(CLI::PositiveNumber, "");
+  CLI::Option* const seed =
+      app.add_option("--seed", how.seed,
+                     "Which random samples (default " + std::to_string(how.seed) + ")")
+          ->option_text("S");
+  add_number(app, "--step", how.step, "M", {1e-3, 1e4},
+             "Instead of random samples, those of G-EDF's evaluator: a regular grid in every cube, "
+             "this many metres apart")
+      ->excludes(samples)
+      ->excludes(seed);
+}
+
+}  // namespace
+
+Command add_evaluate(CLI::App& program) {
+  const auto options = std::make_shared<Options>();
+  CLI::App* const app = add_subcommand(program, kHelp);
+  app->add_option("MAP|MODEL", options->path, "A map, or a GDF1 (.bin) or CSV (.csv) model")
+      ->required();
+  CLI::Option* const cloud = app->add_option(
+      "CLOUD", options->cloud, "Cloud to compare with; default: the points of the map");
+  CLI::Option* const truth =
+      app->add_option("--truth", options->evaluate.truth_scene,
+                      "Compare with this analytic scene (see gdfmap synth --list)")
+          ->option_text("SCENE")
+          ->excludes(cloud);
+  add_number(*app, "--size", options->evaluate.truth_size, "M", {0.0, 1e6},
+             "Size of that scene in metres; 0 is its own")
+      ->needs(truth);
+  add_sampling_options(*app, options->evaluate);
+  add_blend_option(*app, options->blend);
+  add_common_options(*app, options->common, kThreads | kMemory | kProgress | kJson);
+  return {app, [options] { run(*options); }};
+}
+
+}  // namespace gdfmap::cli

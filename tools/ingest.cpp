@@ -1,0 +1,134 @@
+#include <filesystem>
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include <CLI/CLI.hpp>
+#include <nlohmann/json.hpp>
+
+#include <gdfmap/core/error.hpp>
+#include <gdfmap/io/point_reader.hpp>
+#include <gdfmap/pipeline/configuration.hpp>
+#include <gdfmap/pipeline/ingest.hpp>
+
+#include "commands.hpp"
+#include "estimate.hpp"
+#include "ingest_report.hpp"
+#include "new_map_guard.hpp"
+#include "options.hpp"
+#include "session.hpp"
+#include "text.hpp"
+
+namespace gdfmap::cli {
+namespace {
+
+constexpr Help kHelp = {
+    "ingest", "Stream point clouds into a map, which is created when missing",
+    "Reads PLY, PCD, LAS and XYZ/CSV files of any size in bounded memory and stores their points "
+    "in compressed tiles. The same cloud again changes nothing; an ingest that is interrupted or "
+    "fails leaves no trace of that cloud. Train the map afterwards.",
+    "  gdfmap ingest city.gdfmap scan1.ply scan2.las\n"
+    "  gdfmap ingest survey.gdfmap feet.las --scale 0.3048 --cube-size 4\n"
+    "  zcat scan.xyz.gz | gdfmap ingest city.gdfmap -"};
+
+struct Options {
+  CommonOptions common;
+  std::string map;
+  std::vector<std::string> clouds;
+  std::optional<double> cube_size;
+  std::string config;
+  double scale = 1.0;
+  std::string transform;
+  bool drop_zero = false;
+};
+
+std::optional<double> chosen_cube_size(const Options& options) {
+  if (options.config.empty()) return options.cube_size;
+  const std::optional<double> configured = load_configuration(options.config).cube_size;
+  if (options.cube_size && configured && *options.cube_size != *configured) {
+    throw Error(ErrorCode::kUsage, "--cube-size " + exact(*options.cube_size) +
+                                       " contradicts cube_size " + exact(*configured) + " of " +
+                                       options.config);
+  }
+  return options.cube_size ? options.cube_size : configured;
+}
+
+/// Finds a cloud that cannot be read before hours are spent on the others.
+void check_clouds(const std::vector<std::string>& clouds) {
+  for (const std::string& cloud : clouds) {
+    if (cloud != "-") static_cast<void>(open_point_cloud(cloud));
+  }
+}
+
+IngestOptions ingest_options(const Options& options) {
+  IngestOptions result;
+  result.transform.scale = options.scale;
+  if (!options.transform.empty()) {
+    result.transform.T_map_source = read_transform(options.transform);
+  }
+  result.drop_zero = options.drop_zero;
+  return result;
+}
+
+/// Ingests one cloud after the other; people see each as it is done.
+std::vector<IngestReport> ingest_all(const Options& options, const IngestOptions& how, Map& map,
+                                     Session& session) {
+  std::vector<IngestReport> reports;
+  for (const std::string& cloud : options.clouds) {
+    reports.push_back(ingest(cloud, map, how, session.context()));
+    if (!session.json()) session.print(ingest_text(reports.back()));
+  }
+  return reports;
+}
+
+void run(const Options& options) {
+  Session session(options.common, OnSignal::kStop);
+  const IngestOptions how = ingest_options(options);
+  const std::optional<double> cube_size = chosen_cube_size(options);
+  check_clouds(options.clouds);
+
+  const bool is_new = !std::filesystem::exists(options.map);
+  Map map = open_or_create_map(options.map, cube_size, session.context());
+  NewMapGuard guard(map, is_new);
+  const std::vector<IngestReport> reports = ingest_all(options, how, map, session);
+  const TrainingEstimate estimate = estimate_training(map);
+  guard.keep();
+  if (session.json()) {
+    nlohmann::ordered_json json = ingest_json(reports);
+    json["map"] = options.map;
+    json["seconds"] = session.seconds();
+    json["estimate"] = estimate_json(estimate);
+    session.print_json(json);
+  } else {
+    session.print("training    " + estimate_text(estimate) + "\n");
+  }
+}
+
+}  // namespace
+
+Command add_ingest(CLI::App& program) {
+  const auto options = std::make_shared<Options>();
+  CLI::App* const app = add_subcommand(program, kHelp);
+  app->add_option("MAP", options->map, "Directory of the map, NAME.gdfmap")->required();
+  app->add_option("CLOUD", options->clouds,
+                  "Point clouds, recognised by their content; - is standard input")
+      ->required();
+  add_number(*app, "--cube-size", options->cube_size, "M", {0.001, 10000.0},
+             "Edge of a cube in metres; fixed when the map is created, 1 unless given");
+  app->add_option("--config", options->config,
+                  "YAML file, of which cube_size is used here (see gdfmap build)")
+      ->option_text("FILE");
+  add_number(*app, "--scale", options->scale, "S", {1e-9, 1e9},
+             "Metres per unit of the file, applied first: 0.3048 for feet");
+  app->add_option("--transform", options->transform,
+                  "4 x 4 row-major matrix as text: a rigid motion into the map's frame, in metres, "
+                  "applied after --scale")
+      ->option_text("FILE");
+  app->add_flag("--drop-zero", options->drop_zero,
+                "Leave out points that are exactly (0, 0, 0) in the file");
+  add_common_options(*app, options->common, kMemory | kProgress | kJson);
+  return {app, [options] { run(*options); }};
+}
+
+}  // namespace gdfmap::cli
