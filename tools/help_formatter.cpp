@@ -2,6 +2,7 @@
 
 #include <sstream>
 #include <string>
+#include <utility>
 
 #include <CLI/CLI.hpp>
 
@@ -19,11 +20,20 @@ class HelpFormatter : public CLI::Formatter {
     column_width(kLeftColumn);
     label("OPTIONS", "options");
   }
+  std::string make_help(const CLI::App* app, std::string name,
+                        CLI::AppFormatMode mode) const override;
   std::string make_description(const CLI::App* app) const override;
   std::string make_subcommand(const CLI::App* app) const override;
   std::string make_option_opts(const CLI::Option* option) const override;
   std::string make_option_desc(const CLI::Option* option) const override;
 };
+
+std::string HelpFormatter::make_help(const CLI::App* app, std::string name,
+                                     CLI::AppFormatMode mode) const {
+  // CLI11 separates groups of options by two empty lines.
+  return CLI::detail::find_and_replace(Formatter::make_help(app, std::move(name), mode), "\n\n\n",
+                                       "\n\n");
+}
 
 std::string HelpFormatter::make_description(const CLI::App* app) const {
   return wrapped(app->get_description(), kPageWidth) + "\n\n";

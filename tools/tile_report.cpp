@@ -80,7 +80,7 @@ std::string cubes_text(const TileRecord& record) {
 }
 
 std::string points_text(const TileView& view) {
-  if (!view.points) return "none known";
+  if (!view.points) return "none";
   return grouped(view.points->num_points) + " in " + std::to_string(view.points->cubes.count()) +
          " cubes";
 }

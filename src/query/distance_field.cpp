@@ -50,6 +50,8 @@ struct DistanceField::Impl {
 DistanceField::DistanceField(std::shared_ptr<TileSource> source,
                              const DistanceFieldOptions& options)
     : impl_(std::make_unique<Impl>(std::move(source), options)) {}
+DistanceField::DistanceField(const Map& map, const DistanceFieldOptions& options)
+    : DistanceField(std::make_shared<StoreTileSource>(map.cubes_path(), map.geometry()), options) {}
 DistanceField::~DistanceField() = default;
 DistanceField::DistanceField(DistanceField&&) noexcept = default;
 DistanceField& DistanceField::operator=(DistanceField&&) noexcept = default;

@@ -35,12 +35,6 @@ class Interruption : public ::testing::Test {
     EXPECT_TRUE(exits_with(0, gdfmap(train(map))));
     return bytes_of(map);
   }
-  /// Nothing but the clouds, maps and exports: no temporary file is left.
-  void expect_no_temporary_files() const {
-    for (const auto& entry : std::filesystem::recursive_directory_iterator(directory_.path())) {
-      EXPECT_EQ(entry.path().filename().string().find(".tmp-"), std::string::npos) << entry;
-    }
-  }
 
   TemporaryDirectory directory_;
 };
@@ -119,9 +113,8 @@ TEST_F(Interruption, ASecondSignalEndsTrainAtOnce) {
 TEST_F(Interruption, IngestAskedToStopDiscardsTheSourceThatIsUnpublished) {
   const MapBytes expected = uninterrupted();
   const std::string map = path("m.gdfmap");
-  // Asked while the second cloud's first block goes in: the first cloud stays.
-  const Result stopped = gdfmap_until("ingest.before_append:2:TERM", ingest(map));
-  if (stopped.exit_code == 0) GTEST_SKIP() << "the signal came after the last point was read";
+  // Asked while the first cloud is published: it stays, the second one is not begun.
+  const Result stopped = gdfmap_until("ingest.before_publish:1:TERM", ingest(map));
   EXPECT_TRUE(refuses(kInterrupted, "ingest", "interrupted", stopped));
   EXPECT_EQ(Map::open(map, Access::kRead).points().sources().size(), 1u);
   EXPECT_TRUE(exits_with(0, gdfmap(ingest(map))));
@@ -129,18 +122,43 @@ TEST_F(Interruption, IngestAskedToStopDiscardsTheSourceThatIsUnpublished) {
   EXPECT_EQ(bytes_of(map), expected);
 }
 
-TEST_F(Interruption, ExportKilledLeavesTheFormerFileOrTheNewOne) {
+TEST_F(Interruption, IngestAskedToStopWhileItIsTheFirstLeavesNoMap) {
+  write_xyz(path("empty.xyz"), {});
+  const std::string map = path("m.gdfmap");
+  const Result stopped =
+      gdfmap_until("ingest.before_append:1:TERM", {"ingest", map, path("a.xyz")});
+  // The request comes with the last block: either the source is whole or it is not there.
+  if (stopped.exit_code == 0) {
+    EXPECT_EQ(Map::open(map, Access::kRead).points().sources().size(), 1u);
+  } else {
+    EXPECT_TRUE(refuses(kInterrupted, "ingest", "interrupted", stopped));
+    EXPECT_FALSE(std::filesystem::exists(map));
+  }
+}
+
+TEST_F(Interruption, ExportKilledAndRunAgainWritesTheSameFile) {
   const MapBytes expected = uninterrupted();
   const std::string map = path("uninterrupted.gdfmap");
-  for (const char* failpoint : {"gdf1.sidecar_published:1", "gdf1.model_published:1"}) {
-    SCOPED_TRACE(failpoint);
-    ASSERT_EQ(gdfmap_until(failpoint, {"export", map, path("out.bin")}).signal, SIGKILL);
-    if (std::filesystem::exists(path("out.bin"))) {
-      EXPECT_EQ(read_file(path("out.bin")), expected.bin);
-    }
-    EXPECT_TRUE(exits_with(0, gdfmap({"export", map, path("out.bin")})));
-    EXPECT_EQ(read_file(path("out.bin")), expected.bin);
-  }
+  ASSERT_EQ(gdfmap_until("gdf1.model_published:1", {"export", map, path("out.bin")}).signal,
+            SIGKILL);
+  EXPECT_EQ(read_file(path("out.bin")), expected.bin);
+  EXPECT_TRUE(exits_with(0, gdfmap({"export", map, path("out.bin")})));
+  EXPECT_EQ(read_file(path("out.bin")), expected.bin);
+}
+
+TEST_F(Interruption, ExportKilledBetweenShiftAndModelIsNeverTakenForUnshifted) {
+  write_xyz(path("far.xyz"), square(20'000.5, 0.5, 0.5, 1.0, 500));
+  const std::string map = path("m.gdfmap");
+  const std::string at = "20000.5,0.5,0.7";
+  ASSERT_TRUE(exits_with(0, gdfmap({"ingest", map, path("far.xyz")})));
+  ASSERT_TRUE(exits_with(0, gdfmap(train(map))));
+  const std::vector<std::string> command = {"export", map, path("out.bin")};
+  ASSERT_EQ(gdfmap_until("gdf1.sidecar_published:1", command).signal, SIGKILL);
+  EXPECT_FALSE(std::filesystem::exists(path("out.bin")));
+  EXPECT_TRUE(exits_with(0, gdfmap(command)));
+  const Result answer = gdfmap({"query", path("out.bin"), "--at", at});
+  EXPECT_TRUE(exits_with(0, answer));
+  EXPECT_NE(answer.out.find(",fine,"), std::string::npos) << answer.out;
 }
 
 }  // namespace

@@ -137,8 +137,8 @@ TEST_F(Media, AFullDiskStopsALaterIngestAndTheMapStaysAsItWas) {
       refuses(kIo, "ingest", "a.gdfmap", gdfmap({"ingest", disk / "a.gdfmap", path("large.xyz")})));
   EXPECT_TRUE(exits_with(0, gdfmap({"verify", disk / "a.gdfmap"})));
   EXPECT_EQ(content_digest_of(disk / "a.gdfmap"), digest);
-  EXPECT_TRUE(refuses(kIo, "export", "out.csv",
-                      gdfmap({"export", disk / "a.gdfmap", disk / "out.csv"})));
+  EXPECT_TRUE(
+      refuses(kIo, "export", "out.csv", gdfmap({"export", disk / "a.gdfmap", disk / "out.csv"})));
   EXPECT_EQ(disk.files(), std::vector<std::string>{"a.gdfmap"});
 
   disk.resize("64m");
@@ -155,8 +155,8 @@ TEST_F(Media, AFullDiskStopsTrainWhichContinuesOnceThereIsRoom) {
   const std::uintmax_t used = std::filesystem::space(directory_ / "disk").capacity -
                               std::filesystem::space(directory_ / "disk").available;
   disk.resize(std::to_string(used + 120'000));
-  EXPECT_TRUE(refuses(kIo, "train", "a.gdfmap",
-                      gdfmap({"train", disk / "a.gdfmap", "--memory", "64M"})));
+  EXPECT_TRUE(
+      refuses(kIo, "train", "a.gdfmap", gdfmap({"train", disk / "a.gdfmap", "--memory", "64M"})));
   EXPECT_TRUE(exits_with(0, gdfmap({"verify", disk / "a.gdfmap"})));
 
   disk.resize("64m");

@@ -48,9 +48,9 @@ TEST_F(OddClouds, PointsThatAreNotFiniteAreCountedAndLeftOut) {
   const Json report = json_of({"ingest", path("odd.gdfmap"), path("odd.ply"), "--json"});
   EXPECT_EQ(report.at("num_read"), points.size());
   EXPECT_EQ(report.at("num_rejected").at("not_finite"), 3);
-  EXPECT_EQ(report.at("num_stored").get<std::size_t>() +
-                report.at("num_duplicates").get<std::size_t>(),
-            num_finite);
+  EXPECT_EQ(
+      report.at("num_stored").get<std::size_t>() + report.at("num_duplicates").get<std::size_t>(),
+      num_finite);
   EXPECT_EQ(json_of({"info", path("odd.ply"), "--json"}).at("num_finite"), num_finite);
   train("clean.gdfmap");
   train("odd.gdfmap");
@@ -91,9 +91,10 @@ TEST_F(OddClouds, AnEmptyCloudMakesAnEmptyMapThatCanBeTrained) {
   const Json trained = json_of({"train", path("a.gdfmap"), "--json"});
   EXPECT_EQ(trained.at("num_cubes_fitted"), 0);
   EXPECT_TRUE(exits_with(0, gdfmap({"verify", path("a.gdfmap")})));
-  EXPECT_TRUE(refuses(2, "query", "no cubes", gdfmap({"query", path("a.gdfmap"), "--at", "0,0,0"})));
-  EXPECT_TRUE(refuses(2, "export", "no cubes",
-                      gdfmap({"export", path("a.gdfmap"), path("a.bin")})));
+  EXPECT_TRUE(
+      refuses(2, "query", "no cubes", gdfmap({"query", path("a.gdfmap"), "--at", "0,0,0"})));
+  EXPECT_TRUE(
+      refuses(2, "export", "no cubes", gdfmap({"export", path("a.gdfmap"), path("a.bin")})));
 }
 
 TEST_F(OddClouds, AnEmptyTextCloudIsToldFromAMissingOne) {
@@ -116,8 +117,7 @@ TEST_F(OddClouds, OnePointHasTheDistanceFieldOfAPoint) {
 }
 
 TEST_F(OddClouds, IdenticalPointsAreOnePoint) {
-  const Json report =
-      ingest("many.gdfmap", std::vector<Vector3>(1000, Vector3(0.4, 0.6, 0.5)));
+  const Json report = ingest("many.gdfmap", std::vector<Vector3>(1000, Vector3(0.4, 0.6, 0.5)));
   EXPECT_EQ(report.at("num_stored"), 1);
   EXPECT_EQ(report.at("num_duplicates"), 999);
   ingest("one.gdfmap", {{0.4, 0.6, 0.5}});

@@ -87,8 +87,8 @@ void talk(const Launch& launch, Pipe& input, Pipe& output, Pipe& error, Result& 
                                     pollfd{error.reading(), POLLIN, 0}};
     if (::poll(polled.data(), polled.size(), -1) < 0) fail("poll");
     if (polled[0].revents != 0) {
-      const ssize_t count = ::write(input.writing(), launch.input.data() + num_sent,
-                                    launch.input.size() - num_sent);
+      const ssize_t count =
+          ::write(input.writing(), launch.input.data() + num_sent, launch.input.size() - num_sent);
       num_sent += count > 0 ? static_cast<std::size_t>(count) : 0;
       if (count < 0 || num_sent == launch.input.size()) input.close_writing();
     }

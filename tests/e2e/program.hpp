@@ -19,7 +19,7 @@ struct Result {
 struct Launch {
   std::string program;
   std::vector<std::string> arguments;
-  std::string input;  ///< on standard input
+  std::string input;                                             ///< on standard input
   std::vector<std::pair<std::string, std::string>> environment;  ///< added to the test's own
   /// Closes standard output after this many bytes have been read of it.
   std::optional<std::size_t> read_at_most;
@@ -32,7 +32,8 @@ struct Launch {
 [[nodiscard]] Result gdfmap(std::vector<std::string> arguments, std::string input = {});
 
 /// The same program built with failpoints, which ends at one of them.
-/// @param failpoint  NAME:COUNT[:TERM[:TIMES]]: raises SIGKILL, or SIGTERM that many times, when the
+/// @param failpoint  NAME:COUNT[:TERM[:TIMES]]: raises SIGKILL, or SIGTERM that many times, when
+/// the
 ///                   program passes NAME for the COUNT-th time
 [[nodiscard]] Result gdfmap_until(const std::string& failpoint, std::vector<std::string> arguments);
 

@@ -50,8 +50,7 @@ TEST_F(Refusals, ACloudThatDoesNotExistIsNamedAndLeavesNoMap) {
 
 TEST_F(Refusals, OneMissingCloudAmongSeveralIsFoundBeforeAnyIsRead) {
   write_xyz(path("scan.xyz"), first_scan());
-  const Result result =
-      gdfmap({"ingest", path("a.gdfmap"), path("scan.xyz"), path("missing.ply")});
+  const Result result = gdfmap({"ingest", path("a.gdfmap"), path("scan.xyz"), path("missing.ply")});
   EXPECT_TRUE(refuses(kIo, "ingest", "missing.ply", result));
   EXPECT_FALSE(exists("a.gdfmap"));
 }
@@ -67,7 +66,9 @@ TEST_F(Refusals, AMapThatDoesNotExistIsNamed) {
 }
 
 TEST_F(Refusals, AFileOfNoKnownFormatIsCorrupt) {
-  write_text(path("scan.ply"), std::string("\x7f" "ELF\x02\x01\x01\0\0\0\0", 11));
+  write_text(path("scan.ply"), std::string("\x7f"
+                                           "ELF\x02\x01\x01\0\0\0\0",
+                                           11));
   const Result result = gdfmap({"ingest", path("a.gdfmap"), path("scan.ply")});
   EXPECT_TRUE(refuses(kCorrupt, "ingest", "scan.ply", result));
   EXPECT_FALSE(exists("a.gdfmap"));
@@ -113,8 +114,7 @@ TEST_F(Refusals, AHeaderThatLiesAboutItsCountIsRefusedBeforeAnythingIsAllocated)
 TEST_F(Refusals, QueryBeforeTrainSaysWhatToRun) {
   const std::string map = ingested_map();
   EXPECT_TRUE(refuses(kUsage, "query", "gdfmap train", gdfmap({"query", map, "--at", "0,0,0"})));
-  EXPECT_TRUE(
-      refuses(kUsage, "export", "gdfmap train", gdfmap({"export", map, path("out.bin")})));
+  EXPECT_TRUE(refuses(kUsage, "export", "gdfmap train", gdfmap({"export", map, path("out.bin")})));
   EXPECT_TRUE(refuses(kUsage, "slice", "gdfmap train",
                       gdfmap({"slice", map, "--at", "0.2", "--out", path("out.png")})));
   EXPECT_FALSE(exists("out.bin"));
@@ -209,8 +209,7 @@ TEST_F(Refusals, AnotherConfigurationNeedsRetrain) {
   EXPECT_TRUE(refuses(kUsage, "train", "populated_steps",
                       gdfmap({"train", map, "--config", path("config.yaml")})));
   const std::string before = content_digest_of(map);
-  EXPECT_TRUE(
-      exits_with(0, gdfmap({"train", map, "--config", path("config.yaml"), "--retrain"})));
+  EXPECT_TRUE(exits_with(0, gdfmap({"train", map, "--config", path("config.yaml"), "--retrain"})));
   EXPECT_NE(content_digest_of(map), before);
   EXPECT_TRUE(exits_with(0, gdfmap({"train", map, "--config", path("config.yaml")})));
 }
@@ -231,8 +230,8 @@ TEST_F(Refusals, ASecondWriterIsToldWhoIsWriting) {
   const std::string map = ingested_map();
   const Map writer = Map::open(map, Access::kWrite);
   const std::string holder = "process " + std::to_string(::getpid());
-  for (const auto& command : std::vector<std::vector<std::string>>{
-           {"train", map}, {"ingest", map, path("scan.xyz")}}) {
+  for (const auto& command :
+       std::vector<std::vector<std::string>>{{"train", map}, {"ingest", map, path("scan.xyz")}}) {
     const Result result = gdfmap(command);
     EXPECT_TRUE(refuses(kIo, command.front(), "busy", result));
     EXPECT_NE(result.err.find(holder), std::string::npos) << result.err;

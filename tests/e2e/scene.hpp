@@ -10,8 +10,8 @@
 
 namespace gdfmap::test {
 
-/// Points on a square of the plane z = height around (x, y), edge metres wide, the same for the same
-/// arguments: enough for a map of a few dozen cubes.
+/// Points on a square of the plane z = height around (x, y), edge metres wide, the same for the
+/// same arguments: enough for a map of a few dozen cubes.
 [[nodiscard]] std::vector<Vector3> square(double x, double y, double height, double edge,
                                           std::size_t count);
 

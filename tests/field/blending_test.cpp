@@ -34,7 +34,7 @@ TEST(PartitionOfUnity, ACubesInteriorIsItsOwn) {
 }
 
 TEST(PartitionOfUnity, CubesShareAFaceEvenly) {
-  EXPECT_DOUBLE_EQ(weight_of({0, 0, 0, 0}, {1.0 - 1e-12, 0.5, 0.5}), 0.5);
+  EXPECT_NEAR(weight_of({0, 0, 0, 0}, {1.0 - 1e-12, 0.5, 0.5}), 0.5, 1e-9);
   EXPECT_NEAR(weight_of({0, 1, 0, 0}, {1.0 - 1e-12, 0.5, 0.5}), 0.5, 1e-9);
 }
 

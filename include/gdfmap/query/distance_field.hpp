@@ -5,6 +5,7 @@
 #include <span>
 
 #include <gdfmap/core/geometry.hpp>
+#include <gdfmap/map/map.hpp>
 #include <gdfmap/query/tile_cache.hpp>
 #include <gdfmap/query/tile_source.hpp>
 
@@ -57,6 +58,8 @@ class DistanceField {
   ///         occupied tiles cannot be read.
   explicit DistanceField(std::shared_ptr<TileSource> source,
                          const DistanceFieldOptions& options = {});
+  /// Of a map as it stands; reads its cubes.db through connections of its own.
+  explicit DistanceField(const Map& map, const DistanceFieldOptions& options = {});
   ~DistanceField();
   DistanceField(DistanceField&&) noexcept;
   DistanceField& operator=(DistanceField&&) noexcept;
