@@ -58,7 +58,8 @@ void run(const Options& options) {
   } else {
     session.print(report_text(report, configuration, seconds));
   }
-  throw_if_cubes_failed(report.map, report.train.num_cubes_failed);
+  Map map = Map::open(report.map, Access::kRead, session.context());
+  throw_if_cubes_failed(map);
 }
 
 }  // namespace

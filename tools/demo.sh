@@ -42,13 +42,12 @@ echo "== ingest"
 echo "== train"
 "$gdfmap" train "$map"
 echo "== query: distance and gradient at three places inside the cloud"
-read -r x y z < <("$gdfmap" info "$map" --json | python3 -c '
-import json, sys
-facts = json.load(sys.stdin)
-low, high = facts["bounds_min"], facts["bounds_max"]
-print(*[round((a + b) / 2, 3) for a, b in zip(low, high)])')
-"$gdfmap" query "$map" --at "$x,$y,$z" --at "$x,$y,$(awk "BEGIN {print $z + 0.5}")" \
-  --at "$(awk "BEGIN {print $x + 1}"),$y,$z" | tee "$out/query.csv"
+# The middle of the box of the cubes that hold points.
+read -r x y z < <("$gdfmap" info "$map" | awk '
+  $1 == "from" { gsub(",", " "); lx = $2; ly = $3; lz = $4 }
+  $1 == "to" { gsub(",", " "); print (lx + $2) / 2, (ly + $3) / 2, (lz + $4) / 2 }')
+"$gdfmap" query "$map" --at="$x,$y,$z" --at="$x,$y,$(awk "BEGIN {print $z + 0.5}")" \
+  --at="$(awk "BEGIN {print $x + 1}"),$y,$z" | tee "$out/query.csv"
 echo "== export"
 "$gdfmap" export "$map" "$out/$name.bin"
 echo "== slice"

@@ -5,6 +5,8 @@
 
 #include <nlohmann/json.hpp>
 
+#include <gdfmap/pipeline/field_access.hpp>
+
 #include "estimate.hpp"
 #include "text.hpp"
 
@@ -112,6 +114,7 @@ MapView look_into_map(Map& map) {
     view.points = {map.points().sources(), map.points().totals(), estimate_training(map)};
   }
   view.cubes = map.cubes().totals();
+  view.bounds = occupied_bounds(map.cubes().occupied(), map.lattice());
   view.num_bytes = bytes_below(map.path());
   view.content_digest = map.cubes().content_digest();
   return view;
@@ -151,6 +154,7 @@ std::string info_text(const MapView& view) {
                               std::to_string(view.geometry.num_levels)});
   if (view.points) add_points(table, *view.points);
   add_cubes(table, view.cubes, view.is_imported);
+  add_bounds(table, view.bounds, " m");
   table.add({"on disk", byte_text(view.num_bytes)});
   table.add({"content_digest", view.content_digest.hex()});
   return table.text();
@@ -194,6 +198,7 @@ nlohmann::ordered_json info_json(const MapView& view) {
                                  {"num_levels", view.geometry.num_levels},
                                  {"num_bytes", view.num_bytes},
                                  {"content_digest", view.content_digest.hex()}};
+  add_bounds(json, view.bounds);
   json["points"] = nullptr;
   if (view.points) json["points"] = points_json(*view.points);
   json["trained"] = view.cubes.num_cubes > 0;

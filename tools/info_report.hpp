@@ -42,6 +42,7 @@ struct MapView {
   bool is_imported = false;
   std::optional<PointsView> points;
   CubeTotals cubes;
+  Box3 bounds;                  ///< of the occupied cubes, as training last saw them
   std::uint64_t num_bytes = 0;  ///< of all files of the map
   Digest content_digest;
 };

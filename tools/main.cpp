@@ -2,6 +2,7 @@
 #include <memory>
 #include <new>
 #include <string>
+#include <system_error>
 #include <vector>
 
 #include <CLI/CLI.hpp>
@@ -106,6 +107,8 @@ int run_guarded(CLI::App& program, int argc, char** argv) {
   } catch (const std::bad_alloc&) {
     return fail(full_name(program), ErrorCode::kIo,
                 "the system refused memory; a smaller --memory may help");
+  } catch (const std::system_error& error) {  // of std::filesystem, for one
+    return fail(full_name(program), ErrorCode::kIo, error.what());
   } catch (const std::exception& error) {
     return fail(full_name(program), ErrorCode::kInternal, error.what());
   }

@@ -103,7 +103,7 @@ std::string ProgressPrinter::line(const Progress& progress) const {
   text += std::string(" ") + progress.stage;
   if (!progress.detail.empty()) text += ", " + progress.detail;
   const Pace known = pace(progress);
-  if (known.rate > 0.0) text += ", " + rounded(known.rate, 3) + "/s";
+  if (known.rate > 0.0) text += ", " + rounded(known.rate, 3) + " " + progress.stage + "/s";
   if (known.seconds >= 0.0) text += ", " + duration_text(known.seconds) + " left";
   return text + ", " + byte_text(resident_bytes());
 }

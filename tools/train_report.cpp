@@ -40,11 +40,12 @@ nlohmann::ordered_json train_json(const TrainReport& report, double seconds) {
           {"cubes_per_second", cubes_per_second(report, seconds)}};
 }
 
-void throw_if_cubes_failed(const std::filesystem::path& map, std::int64_t num_failed) {
+void throw_if_cubes_failed(Map& map) {
+  const std::int64_t num_failed = map.cubes().totals().num_failed;
   if (num_failed == 0) return;
   throw Error(ErrorCode::kCondition,
-              grouped(num_failed) + " cubes of " + map.string() +
-                  " could not be fitted; `gdfmap tile` counts them by tile, all others are served");
+              "cubes without a fit in " + map.path().string() + ": " + grouped(num_failed) +
+                  "; `gdfmap tile` counts them by tile, all others are served");
 }
 
 }  // namespace gdfmap::cli

@@ -1,7 +1,5 @@
 #pragma once
 
-#include <cstdint>
-#include <filesystem>
 #include <string>
 
 #include <nlohmann/json_fwd.hpp>
@@ -14,8 +12,8 @@ namespace gdfmap::cli {
 [[nodiscard]] std::string train_text(const TrainReport& report, double seconds);
 [[nodiscard]] nlohmann::ordered_json train_json(const TrainReport& report, double seconds);
 
-/// @param num_failed  cubes without a fit
-/// @throws Error kCondition when there are any.
-void throw_if_cubes_failed(const std::filesystem::path& map, std::int64_t num_failed);
+/// Of the map, not of one run: running again does not turn a failure into a success.
+/// @throws Error kCondition when a cube of the map has no fit.
+void throw_if_cubes_failed(Map& map);
 
 }  // namespace gdfmap::cli

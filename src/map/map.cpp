@@ -126,6 +126,15 @@ struct Map::Impl {
 
 namespace {
 
+void write_new_databases(const std::filesystem::path& directory, const Identity& identity) {
+  CubeStore cubes(directory / kCubesFile, db::OpenMode::kCreate);
+  write_identity(cubes, identity);
+  if (identity.origin == kOriginTrained) {
+    PointStore points(directory / kPointsFile, db::OpenMode::kCreate);
+    write_identity(points, identity);
+  }
+}
+
 /// Writes a new map beside its place and renames it there, so that no half-made map is ever seen.
 void make_map(const std::filesystem::path& path, const Identity& identity) {
   check_geometry(identity.geometry);
@@ -136,21 +145,14 @@ void make_map(const std::filesystem::path& path, const Identity& identity) {
   try {
     std::filesystem::remove_all(temporary);
     std::filesystem::create_directories(temporary);
-    CubeStore cubes(temporary / kCubesFile, db::OpenMode::kCreate);
-    write_identity(cubes, identity);
-    if (identity.origin == kOriginTrained) {
-      PointStore points(temporary / kPointsFile, db::OpenMode::kCreate);
-      write_identity(points, identity);
-    }
-  } catch (const std::filesystem::filesystem_error& error) {
-    throw Error(ErrorCode::kIo, "cannot create " + path.string() + ": " + error.code().message());
-  }
-  std::error_code error;
-  std::filesystem::rename(temporary, place, error);
-  if (error) {
+    write_new_databases(temporary, identity);
+    std::filesystem::rename(temporary, place);
+  } catch (const std::exception& error) {
     std::error_code ignored;
     std::filesystem::remove_all(temporary, ignored);
-    throw Error(ErrorCode::kIo, "cannot create " + path.string() + ": " + error.message());
+    const auto* const system = dynamic_cast<const std::filesystem::filesystem_error*>(&error);
+    if (system == nullptr) throw;
+    throw Error(ErrorCode::kIo, "cannot create " + path.string() + ": " + system->code().message());
   }
 }
 

@@ -16,4 +16,14 @@ std::shared_ptr<TileSource> open_tile_source(const std::filesystem::path& path) 
   return model_tile_source(read_model(path));
 }
 
+Box3 occupied_bounds(std::span<const OccupiedTile> tiles, const Lattice& lattice) {
+  Box3 box;
+  for (const OccupiedTile& tile : tiles) {
+    for (int i = 0; i < kCubesPerTile; ++i) {
+      if (tile.cubes.test(i)) box.extend(lattice.cube_box(cube_at(tile.key, i)));
+    }
+  }
+  return box;
+}
+
 }  // namespace gdfmap

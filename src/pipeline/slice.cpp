@@ -6,6 +6,7 @@
 #include <vector>
 
 #include <gdfmap/core/error.hpp>
+#include <gdfmap/pipeline/field_access.hpp>
 #include <gdfmap/pipeline/npy.hpp>
 #include <gdfmap/pipeline/slice.hpp>
 #include <gdfmap/pipeline/slice_image.hpp>
@@ -15,15 +16,10 @@ namespace {
 
 constexpr std::array<const char*, 3> kAxisNames = {"x", "y", "z"};
 
-/// Box of the cubes that hold points, with a cube's width around it.
+/// What holds points, with a cube's width around it.
 Box3 default_region(TileSource& source) {
   const Lattice lattice(source.geometry().cube_size);
-  Box3 box;
-  for (const OccupiedTile& tile : source.occupied()) {
-    for (int i = 0; i < kCubesPerTile; ++i) {
-      if (tile.cubes.test(i)) box.extend(lattice.cube_box(cube_at(tile.key, i)));
-    }
-  }
+  const Box3 box = occupied_bounds(source.occupied(), lattice);
   if (box.isEmpty()) throw Error(ErrorCode::kUsage, "nothing to draw: the map holds no cubes");
   const Vector3 around = Vector3::Constant(lattice.cube_size());
   return {box.min() - around, box.max() + around};

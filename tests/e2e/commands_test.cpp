@@ -105,6 +105,22 @@ TEST_F(Commands, TrainReportsItsCubes) {
   EXPECT_EQ(json_of({"train", path("a.gdfmap")}).at("num_cubes_fitted"), 0);
 }
 
+TEST_F(Commands, TrainEndsWithAConditionWhileACubeHasNoFit) {
+  const std::string map = trained_map();
+  {
+    Map writer = Map::open(map, Access::kWrite);
+    TileRecord tile = *writer.cubes().read({0, 0, 0, 0});
+    tile.cubes[0].status = CubeStatus::kFailed;
+    tile.cubes[0].failure = FailureReason::kNotFinite;
+    tile.cubes[0].gaussians = {};
+    writer.cubes().put(std::span(&tile, 1));
+  }
+  const Result result = gdfmap({"train", map, "--json"});
+  EXPECT_TRUE(refuses(6, "train", "cubes without a fit", result));
+  EXPECT_EQ(Json::parse(result.out).at("num_tiles_trained"), 0);
+  EXPECT_TRUE(exits_with(0, gdfmap({"query", map, "--at", "0.1,0.1,0.1"})));
+}
+
 TEST_F(Commands, InfoOfAMapCountsWhatTrainFitted) {
   const std::string map = trained_map();
   const Json json = json_of({"info", map});

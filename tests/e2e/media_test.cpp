@@ -31,6 +31,11 @@ class SmallDisk {
 
   [[nodiscard]] bool mounted() const { return mounted_; }
   void resize(const std::string& size) const { remount(0, "size=" + size); }
+  /// Makes the disk so small that only this many bytes are free.
+  void leave_room(std::uintmax_t num_bytes) const {
+    const std::filesystem::space_info space = std::filesystem::space(place_);
+    resize(std::to_string(space.capacity - space.free + num_bytes));
+  }
   void make_read_only() const { remount(MS_RDONLY, ""); }
   [[nodiscard]] std::string operator/(const std::string& name) const { return place_ / name; }
   [[nodiscard]] std::vector<std::string> files() const {
@@ -54,6 +59,8 @@ class Media : public ::testing::Test {
  protected:
   [[nodiscard]] std::string path(const std::string& name) const { return directory_ / name; }
   void make_scan() { write_xyz(path("scan.xyz"), first_scan()); }
+  /// Half a megabyte of blocks.
+  void make_large_scan() { write_xyz(path("large.xyz"), square(40.0, 0.0, 1.0, 60.0, 100'000)); }
   void make_map(const std::string& map) {
     EXPECT_TRUE(exits_with(0, gdfmap({"ingest", map, path("scan.xyz")})));
     EXPECT_TRUE(exits_with(0, gdfmap({"train", map})));
@@ -123,20 +130,28 @@ TEST_F(Media, AFullDiskStopsIngestWithoutATrace) {
   }
 }
 
+TEST_F(Media, AFullDiskStopsTheFirstIngestAndTheNewMapGoes) {
+  const SmallDisk disk(directory_ / "disk", "1m");  // room for an empty map
+  if (!disk.mounted()) GTEST_SKIP() << "mounting is not permitted here";
+  make_large_scan();
+  const Result result = gdfmap({"ingest", disk / "a.gdfmap", path("large.xyz")});
+  EXPECT_TRUE(refuses(kIo, "ingest", "points.db", result));
+  EXPECT_EQ(disk.files(), std::vector<std::string>{});
+}
+
 TEST_F(Media, AFullDiskStopsALaterIngestAndTheMapStaysAsItWas) {
   const SmallDisk disk(directory_ / "disk", "64m");
   if (!disk.mounted()) GTEST_SKIP() << "mounting is not permitted here";
   make_scan();
   make_map(disk / "a.gdfmap");
   const std::string digest = content_digest_of(disk / "a.gdfmap");
-  write_xyz(path("large.xyz"), square(40.0, 0.0, 1.0, 60.0, 100'000));
-  const std::uintmax_t used = std::filesystem::space(directory_ / "disk").capacity -
-                              std::filesystem::space(directory_ / "disk").available;
-  disk.resize(std::to_string(used + 100'000));
+  make_large_scan();
+  disk.leave_room(100'000);
   EXPECT_TRUE(
       refuses(kIo, "ingest", "a.gdfmap", gdfmap({"ingest", disk / "a.gdfmap", path("large.xyz")})));
   EXPECT_TRUE(exits_with(0, gdfmap({"verify", disk / "a.gdfmap"})));
   EXPECT_EQ(content_digest_of(disk / "a.gdfmap"), digest);
+  disk.leave_room(8192);
   EXPECT_TRUE(
       refuses(kIo, "export", "out.csv", gdfmap({"export", disk / "a.gdfmap", disk / "out.csv"})));
   EXPECT_EQ(disk.files(), std::vector<std::string>{"a.gdfmap"});
@@ -152,9 +167,7 @@ TEST_F(Media, AFullDiskStopsTrainWhichContinuesOnceThereIsRoom) {
   make_scan();
   make_map(path("reference.gdfmap"));
   EXPECT_TRUE(exits_with(0, gdfmap({"ingest", disk / "a.gdfmap", path("scan.xyz")})));
-  const std::uintmax_t used = std::filesystem::space(directory_ / "disk").capacity -
-                              std::filesystem::space(directory_ / "disk").available;
-  disk.resize(std::to_string(used + 120'000));
+  disk.leave_room(120'000);
   EXPECT_TRUE(
       refuses(kIo, "train", "a.gdfmap", gdfmap({"train", disk / "a.gdfmap", "--memory", "64M"})));
   EXPECT_TRUE(exits_with(0, gdfmap({"verify", disk / "a.gdfmap"})));

@@ -97,11 +97,11 @@ TEST_F(OddClouds, AnEmptyCloudMakesAnEmptyMapThatCanBeTrained) {
       refuses(2, "export", "no cubes", gdfmap({"export", path("a.gdfmap"), path("a.bin")})));
 }
 
-TEST_F(OddClouds, AnEmptyTextCloudIsToldFromAMissingOne) {
+TEST_F(OddClouds, AFileWithoutAByteIsRefusedSinceItHasNoFormat) {
   write_text(path("empty.xyz"), "");
-  const Result result = gdfmap({"ingest", path("a.gdfmap"), path("empty.xyz")});
-  EXPECT_TRUE(result.exit_code == 0 || result.exit_code == 4) << result.err;
-  EXPECT_EQ(result.signal, 0);
+  EXPECT_TRUE(refuses(4, "ingest", "empty.xyz: is empty",
+                      gdfmap({"ingest", path("a.gdfmap"), path("empty.xyz")})));
+  EXPECT_FALSE(std::filesystem::exists(path("a.gdfmap")));
 }
 
 TEST_F(OddClouds, OnePointHasTheDistanceFieldOfAPoint) {
@@ -132,7 +132,7 @@ TEST_F(OddClouds, PointsInAPlaneHaveTheDistanceToThePlane) {
   for (const double height : {0.1, 0.5, 0.8, 1.3}) {
     const Json answer = query("a.gdfmap", "0.5,0.5," + std::to_string(height));
     EXPECT_EQ(answer.at("status"), "fine");
-    EXPECT_NEAR(answer.at("distance").get<double>(), std::abs(height - 0.5), 0.03) << height;
+    EXPECT_NEAR(answer.at("distance").get<double>(), std::abs(height - 0.5), 0.05) << height;
   }
   EXPECT_NEAR(query("a.gdfmap", "0.5,0.5,1.2").at("gz").get<double>(), 1.0, 0.1);
 }

@@ -18,8 +18,8 @@ Problem::Parameters example_parameters(Eigen::Index count) {
   for (Eigen::Index k = 0; k < count; ++k) {
     const auto t = static_cast<double>(k);
     parameters.col(k) << 0.4 * std::sin(3.0 * t + 1.0), 0.5 + 0.7 * std::sin(t),
-        0.5 + 0.6 * std::cos(t), 0.3 + 0.1 * t, std::log(0.2 + 0.05 * t), std::log(0.5),
-        std::log(0.9 - 0.05 * t);
+        0.5 + 0.6 * std::cos(t), 0.3 + 0.1 * std::sin(2.0 * t), std::log(0.3 + 0.2 * std::sin(t)),
+        std::log(0.5), std::log(0.6 + 0.3 * std::cos(t));
   }
   return parameters;
 }

@@ -164,10 +164,10 @@ TEST_F(TrainTest, RefusesAnotherConfigurationWithoutRetrain) {
   EXPECT_EQ(train(map).num_cubes_fitted, 0);
 }
 
-/// Asks for a stop when the first window is done.
+/// Asks for a stop when a dozen windows are done.
 class StopAtProgress : public ReportSink {
  public:
-  void on_progress(const Progress&) override { stop = true; }
+  void on_progress(const Progress& progress) override { stop = progress.done >= 12; }
   void on_message(Severity, const std::string&) override {}
   std::atomic<bool> stop = false;
 };
@@ -175,7 +175,7 @@ class StopAtProgress : public ReportSink {
 TEST_F(TrainTest, InterruptedItKeepsWhatIsFinishedAndGoesOn) {
   // Three places far apart, so that there are several windows at the least memory.
   std::vector<Vector3> points;
-  for (int i = 0; i < 40; ++i) points.emplace_back(40.5 * i, 0.5, 0.5);
+  for (int i = 0; i < 40; ++i) points.emplace_back(40.5 * i, 4.5, 4.5);
   Map whole = new_map("whole.gdfmap", points), map = new_map("a.gdfmap", points);
   train(whole, quick_options());
 
