@@ -1,14 +1,20 @@
 #!/usr/bin/env bash
 # Installs what gdfmap builds and runs with, from the distribution's packages. Safe to run twice: does
-# nothing when everything is there. Sourced or called by test.sh and demo.sh.
+# nothing when everything is there.
+#
+#   tools/dependencies.sh [--tests] [--tsan]
 set -euo pipefail
 
 PACKAGES=(g++ cmake ninja-build ccache git pkg-config ca-certificates
   libeigen3-dev libceres-dev libsqlite3-dev liblz4-dev libxxhash-dev libyaml-cpp-dev
   libcli11-dev nlohmann-json3-dev libcairo2-dev fonts-dejavu-core)
-if [[ "${1:-}" == "--tests" ]]; then
-  PACKAGES+=(libgtest-dev libpcl-dev libbenchmark-dev util-linux)
-fi
+for option in "$@"; do
+  case $option in
+    --tests) PACKAGES+=(libgtest-dev libpcl-dev libbenchmark-dev libnanoflann-dev) ;;
+    --tsan) PACKAGES+=(clang-14 libomp-14-dev) ;;
+    *) echo "unknown option $option" >&2; exit 2 ;;
+  esac
+done
 
 missing=()
 for package in "${PACKAGES[@]}"; do

@@ -16,7 +16,9 @@ fi
 selection=(-LE soak)
 if (($# > 0)); then selection=("$@"); fi
 
-tools/dependencies.sh --tests
+needs=(--tests)
+if [[ $preset == tsan ]]; then needs+=(--tsan); fi
+tools/dependencies.sh "${needs[@]}"
 echo "== configure ($preset)"
 cmake --preset "$preset"
 echo "== build"

@@ -50,98 +50,6 @@ struct UnitKeyHash {
   std::size_t operator()(const UnitKey& key) const noexcept { return key.tile * 4099 + key.octant; }
 };
 
-}  // namespace
-
-struct ExactDistance::Impl {
-  PointStore& store;
-  std::span<const TilePoints> tiles;
-  std::size_t index_bytes;
-
-  std::unordered_map<TileKey, std::size_t, TileKeyHash> tile_of_key;
-  std::unordered_map<std::size_t, std::vector<Octant>> octants_of_tile;  // over-full tiles only
-
-  using Unit = std::pair<UnitKey, std::shared_ptr<const NearestPointIndex>>;
-  std::list<Unit> recent;  // most recently used first
-  std::unordered_map<UnitKey, std::list<Unit>::iterator, UnitKeyHash> loaded;
-  std::size_t loaded_bytes = 0;
-
-  Impl(PointStore& s, std::span<const TilePoints> t, std::size_t bytes)
-      : store(s), tiles(t), index_bytes(bytes) {
-    tile_of_key.reserve(tiles.size());
-    for (std::size_t i = 0; i < tiles.size(); ++i) tile_of_key.emplace(tiles[i].key, i);
-  }
-
-  [[nodiscard]] std::vector<Octant> octants(std::size_t tile);
-  void split(const TileKey& key, const Octant& octant, std::vector<Octant>& result);
-  [[nodiscard]] std::shared_ptr<const NearestPointIndex> unit(const UnitKey& key,
-                                                              const Octant& octant);
-  [[nodiscard]] NearestPointIndex load(const TileKey& key, const Octant& octant);
-};
-
-std::vector<Octant> ExactDistance::Impl::octants(std::size_t tile) {
-  if (tiles[tile].num_points <= kMaxUnitPoints) return {Octant{}};
-  const auto known = octants_of_tile.find(tile);
-  if (known != octants_of_tile.end()) return known->second;
-  std::vector<Octant>& result = octants_of_tile[tile];
-  split(tiles[tile].key, Octant{}, result);
-  return result;
-}
-
-void ExactDistance::Impl::split(const TileKey& key, const Octant& octant,
-                                std::vector<Octant>& result) {
-  std::array<std::uint64_t, 8> counts{};
-  const int half = octant.size / 2;
-  store.for_each_block(key, [&](std::span<const TileOffset> points) {
-    for (const TileOffset& p : points) {
-      if (!octant.contains(p)) continue;
-      ++counts[static_cast<std::size_t>((p.x - octant.x >= half ? 1 : 0) +
-                                        (p.y - octant.y >= half ? 2 : 0) +
-                                        (p.z - octant.z >= half ? 4 : 0))];
-    }
-  });
-  for (int i = 0; i < 8; ++i) {
-    const std::uint64_t count = counts[static_cast<std::size_t>(i)];
-    if (count == 0) continue;
-    // An octant of one step holds one point, however often blocks repeat it.
-    if (count > kMaxUnitPoints && half > 1) {
-      split(key, octant.child(i), result);
-    } else {
-      result.push_back(octant.child(i));
-    }
-  }
-}
-
-NearestPointIndex ExactDistance::Impl::load(const TileKey& key, const Octant& octant) {
-  std::vector<Eigen::Vector3f> points;
-  store.for_each_block(key, [&](std::span<const TileOffset> block) {
-    for (const TileOffset& p : block) {
-      if (octant.contains(p)) points.emplace_back(p.x, p.y, p.z);
-    }
-  });
-  return NearestPointIndex(std::move(points));
-}
-
-std::shared_ptr<const NearestPointIndex> ExactDistance::Impl::unit(const UnitKey& key,
-                                                                   const Octant& octant) {
-  const auto found = loaded.find(key);
-  if (found != loaded.end()) {
-    recent.splice(recent.begin(), recent, found->second);
-    return recent.front().second;
-  }
-  auto index = std::make_shared<const NearestPointIndex>(load(tiles[key.tile].key, octant));
-  loaded_bytes += index->memory_bytes();
-  recent.emplace_front(key, index);
-  loaded[key] = recent.begin();
-  while (loaded_bytes > index_bytes && recent.size() > 1) {
-    loaded_bytes -= recent.back().second->memory_bytes();
-    loaded.erase(recent.back().first);
-    recent.pop_back();
-  }
-  return index;
-}
-
-namespace {
-
 /// The samples of one call and the best found so far.
 class Search {
  public:
@@ -227,61 +135,169 @@ std::int64_t ring_of(const TileKey& tile, const TileKey& low, const TileKey& hig
 
 }  // namespace
 
+struct ExactDistance::Impl {
+  PointStore& store;
+  std::span<const TilePoints> tiles;
+  std::size_t index_bytes;
+
+  std::unordered_map<TileKey, std::size_t, TileKeyHash> tile_of_key;
+  std::unordered_map<std::size_t, std::vector<Octant>> octants_of_tile;  // over-full tiles only
+
+  using Unit = std::pair<UnitKey, std::shared_ptr<const NearestPointIndex>>;
+  std::list<Unit> recent;  // most recently used first
+  std::unordered_map<UnitKey, std::list<Unit>::iterator, UnitKeyHash> loaded;
+  std::size_t loaded_bytes = 0;
+
+  Impl(PointStore& s, std::span<const TilePoints> t, std::size_t bytes)
+      : store(s), tiles(t), index_bytes(bytes) {
+    tile_of_key.reserve(tiles.size());
+    for (std::size_t i = 0; i < tiles.size(); ++i) tile_of_key.emplace(tiles[i].key, i);
+  }
+
+  [[nodiscard]] std::vector<Octant> octants(std::size_t tile);
+  void split(const TileKey& key, const Octant& octant, std::vector<Octant>& result);
+  [[nodiscard]] std::shared_ptr<const NearestPointIndex> unit(const UnitKey& key,
+                                                              const Octant& octant);
+  [[nodiscard]] NearestPointIndex load(const TileKey& key, const Octant& octant);
+
+  void visit_tile(Search& search, std::size_t tile);
+  void visit_nearest_first(Search& search, std::span<const std::size_t> candidates);
+  [[nodiscard]] std::vector<std::size_t> tiles_in_ring(const Search& search,
+                                                       std::int64_t ring) const;
+  [[nodiscard]] std::vector<std::size_t> tiles_beyond(const Search& search,
+                                                      std::int64_t ring) const;
+};
+
+std::vector<Octant> ExactDistance::Impl::octants(std::size_t tile) {
+  if (tiles[tile].num_points <= kMaxUnitPoints) return {Octant{}};
+  const auto known = octants_of_tile.find(tile);
+  if (known != octants_of_tile.end()) return known->second;
+  std::vector<Octant>& result = octants_of_tile[tile];
+  split(tiles[tile].key, Octant{}, result);
+  return result;
+}
+
+void ExactDistance::Impl::split(const TileKey& key, const Octant& octant,
+                                std::vector<Octant>& result) {
+  std::array<std::uint64_t, 8> counts{};
+  const int half = octant.size / 2;
+  store.for_each_block(key, [&](std::span<const TileOffset> points) {
+    for (const TileOffset& p : points) {
+      if (!octant.contains(p)) continue;
+      ++counts[static_cast<std::size_t>((p.x - octant.x >= half ? 1 : 0) +
+                                        (p.y - octant.y >= half ? 2 : 0) +
+                                        (p.z - octant.z >= half ? 4 : 0))];
+    }
+  });
+  for (int i = 0; i < 8; ++i) {
+    const std::uint64_t count = counts[static_cast<std::size_t>(i)];
+    if (count == 0) continue;
+    // An octant of one step holds one point, however often blocks repeat it.
+    if (count > kMaxUnitPoints && half > 1) {
+      split(key, octant.child(i), result);
+    } else {
+      result.push_back(octant.child(i));
+    }
+  }
+}
+
+NearestPointIndex ExactDistance::Impl::load(const TileKey& key, const Octant& octant) {
+  std::vector<Eigen::Vector3f> points;
+  store.for_each_block(key, [&](std::span<const TileOffset> block) {
+    for (const TileOffset& p : block) {
+      if (octant.contains(p)) points.emplace_back(p.x, p.y, p.z);
+    }
+  });
+  return NearestPointIndex(std::move(points));
+}
+
+std::shared_ptr<const NearestPointIndex> ExactDistance::Impl::unit(const UnitKey& key,
+                                                                   const Octant& octant) {
+  const auto found = loaded.find(key);
+  if (found != loaded.end()) {
+    recent.splice(recent.begin(), recent, found->second);
+    return recent.front().second;
+  }
+  auto index = std::make_shared<const NearestPointIndex>(load(tiles[key.tile].key, octant));
+  loaded_bytes += index->memory_bytes();
+  recent.emplace_front(key, index);
+  loaded[key] = recent.begin();
+  while (loaded_bytes > index_bytes && recent.size() > 1) {
+    loaded_bytes -= recent.back().second->memory_bytes();
+    loaded.erase(recent.back().first);
+    recent.pop_back();
+  }
+  return index;
+}
+
 ExactDistance::ExactDistance(PointStore& store, std::span<const TilePoints> tiles,
                              std::size_t index_bytes)
     : impl_(std::make_unique<Impl>(store, tiles, index_bytes)) {}
 ExactDistance::~ExactDistance() = default;
+
+void ExactDistance::Impl::visit_tile(Search& search, std::size_t tile) {
+  const TileKey& key = tiles[tile].key;
+  const std::vector<Octant> parts = octants(tile);
+  for (std::size_t i = 0; i < parts.size(); ++i) {
+    if (!(search.distance_to(key, parts[i].box()) < search.worst())) continue;
+    const auto index = unit({tile, i}, parts[i]);
+    if (search.distance_to(key, index->bounds()) < search.worst()) search.visit(key, *index);
+  }
+}
+
+void ExactDistance::Impl::visit_nearest_first(Search& search,
+                                              std::span<const std::size_t> candidates) {
+  std::vector<std::pair<double, std::size_t>> order;
+  for (const std::size_t tile : candidates) {
+    order.emplace_back(search.distance_to(tiles[tile].key, Octant{}.box()), tile);
+  }
+  std::sort(order.begin(), order.end());
+  for (const auto& [distance, tile] : order) {
+    if (!(distance < search.worst())) return;
+    visit_tile(search, tile);
+  }
+}
+
+std::vector<std::size_t> ExactDistance::Impl::tiles_in_ring(const Search& search,
+                                                            std::int64_t ring) const {
+  const TileKey low = search.lowest_tile(), high = search.highest_tile();
+  std::vector<std::size_t> found;
+  for (std::int64_t x = low.x - ring; x <= high.x + ring; ++x) {
+    for (std::int64_t y = low.y - ring; y <= high.y + ring; ++y) {
+      for (std::int64_t z = low.z - ring; z <= high.z + ring; ++z) {
+        const TileKey key{0, static_cast<std::int32_t>(x), static_cast<std::int32_t>(y),
+                          static_cast<std::int32_t>(z)};
+        if (ring_of(key, low, high) != ring) continue;
+        const auto tile = tile_of_key.find(key);
+        if (tile != tile_of_key.end()) found.push_back(tile->second);
+      }
+    }
+  }
+  return found;
+}
+
+std::vector<std::size_t> ExactDistance::Impl::tiles_beyond(const Search& search,
+                                                           std::int64_t ring) const {
+  const TileKey low = search.lowest_tile(), high = search.highest_tile();
+  std::vector<std::size_t> found;
+  for (std::size_t tile = 0; tile < tiles.size(); ++tile) {
+    if (ring_of(tiles[tile].key, low, high) > ring) found.push_back(tile);
+  }
+  return found;
+}
 
 std::vector<double> ExactDistance::nearest(const LatticePoint& origin,
                                            std::span<const Eigen::Vector3i> samples,
                                            int num_threads) {
   if (samples.empty()) return {};
   Search search(origin, samples, num_threads);
-  const TileKey low = search.lowest_tile(), high = search.highest_tile();
-
-  const auto visit_tile = [&](std::size_t tile) {
-    const TileKey& key = impl_->tiles[tile].key;
-    const std::vector<Octant> octants = impl_->octants(tile);
-    for (std::size_t i = 0; i < octants.size(); ++i) {
-      if (!(search.distance_to(key, octants[i].box()) < search.worst())) continue;
-      const auto index = impl_->unit({tile, i}, octants[i]);
-      if (search.distance_to(key, index->bounds()) < search.worst()) search.visit(key, *index);
-    }
-  };
-  const auto visit_by_distance = [&](std::vector<std::pair<double, std::size_t>> order) {
-    std::sort(order.begin(), order.end());
-    for (const auto& [distance, tile] : order) {
-      if (!(distance < search.worst())) return;
-      visit_tile(tile);
-    }
-  };
-  const auto candidate = [&](std::size_t tile) {
-    return std::pair(search.distance_to(impl_->tiles[tile].key, Octant{}.box()), tile);
-  };
-
   for (std::int64_t ring = 0; ring <= kMaxRing; ++ring) {
-    // From here on every tile is at least ring − 1 whole tiles away.
-    if (ring > 0 && static_cast<double>(ring - 1) * kStepsPerTileAxis >= search.worst()) break;
-    std::vector<std::pair<double, std::size_t>> order;
-    for (std::int64_t x = low.x - ring; x <= high.x + ring; ++x) {
-      for (std::int64_t y = low.y - ring; y <= high.y + ring; ++y) {
-        for (std::int64_t z = low.z - ring; z <= high.z + ring; ++z) {
-          const TileKey key{0, static_cast<std::int32_t>(x), static_cast<std::int32_t>(y),
-                            static_cast<std::int32_t>(z)};
-          if (ring_of(key, low, high) != ring) continue;
-          const auto found = impl_->tile_of_key.find(key);
-          if (found != impl_->tile_of_key.end()) order.push_back(candidate(found->second));
-        }
-      }
-    }
-    visit_by_distance(std::move(order));
+    // Tiles of a ring are at least ring − 1 whole tiles away.
+    if (static_cast<double>(ring - 1) * kStepsPerTileAxis >= search.worst()) break;
+    impl_->visit_nearest_first(search, impl_->tiles_in_ring(search, ring));
   }
   if (search.worst() > static_cast<double>(kMaxRing) * kStepsPerTileAxis) {
-    std::vector<std::pair<double, std::size_t>> order;
-    for (std::size_t tile = 0; tile < impl_->tiles.size(); ++tile) {
-      if (ring_of(impl_->tiles[tile].key, low, high) > kMaxRing) order.push_back(candidate(tile));
-    }
-    visit_by_distance(std::move(order));
+    impl_->visit_nearest_first(search, impl_->tiles_beyond(search, kMaxRing));
   }
   return search.distances();
 }

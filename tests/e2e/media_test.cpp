@@ -110,7 +110,7 @@ TEST_F(Media, AMapInADirectoryWithoutPermissionIsReadAndNotWritten) {
   if (first.exit_code == 127) GTEST_SKIP() << "user nobody cannot run " << GDFMAP_PROGRAM;
   EXPECT_TRUE(exits_with(0, first));
   EXPECT_TRUE(exits_with(0, gdfmap_here({"query", path("a.gdfmap"), "--at", "0.1,0.1,0.5"})));
-  EXPECT_TRUE(refuses(kIo, "train", "ermission denied", gdfmap_here({"train", path("a.gdfmap")})));
+  EXPECT_TRUE(refuses(kIo, "train", "a.gdfmap", gdfmap_here({"train", path("a.gdfmap")})));
   EXPECT_TRUE(refuses(kIo, "ingest", "ermission denied",
                       gdfmap_here({"ingest", path("b.gdfmap"), path("scan.xyz")})));
   EXPECT_TRUE(refuses(kIo, "export", "ermission denied",

@@ -26,8 +26,8 @@ struct FitConfig {
   /// The defaults for a map: thresholds grow with the cube.
   [[nodiscard]] static FitConfig defaults(double cube_size);
 
-  /// One line "key = value" for each member, keys as in the configuration file: equal configurations,
-  /// equal text. The form in which a map stores its configuration.
+  /// One line "key = value" for each member, keys as in the configuration file: equal
+  /// configurations, equal text. The form in which a map stores its configuration.
   [[nodiscard]] std::string canonical() const;
   /// The inverse. @throws Error kCorrupt naming the line that canonical() cannot have written.
   [[nodiscard]] static FitConfig from_canonical(const std::string& text);
