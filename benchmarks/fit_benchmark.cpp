@@ -46,7 +46,10 @@ void tensor_steps(benchmark::State& state) {
   const auto values = targets();
   Problem problem(values, 1.0);
   const auto parameters = start(state.range(0));
-  for (auto _ : state) benchmark::DoNotOptimize(minimize_tensor(problem, parameters, kEightSteps));
+  for (auto _ : state) {
+    auto result = minimize_tensor(problem, parameters, kEightSteps);
+    benchmark::DoNotOptimize(result);
+  }
   state.SetItemsProcessed(state.iterations() * kEightSteps.max_iterations);
 }
 BENCHMARK(tensor_steps)->Arg(8)->Arg(16)->Arg(32)->Unit(benchmark::kMillisecond);
@@ -56,7 +59,10 @@ void ceres_steps(benchmark::State& state) {
   const auto values = targets();
   const Problem problem(values, 1.0);
   const auto parameters = start(state.range(0));
-  for (auto _ : state) benchmark::DoNotOptimize(minimize_ceres(problem, parameters, kEightSteps));
+  for (auto _ : state) {
+    auto result = minimize_ceres(problem, parameters, kEightSteps);
+    benchmark::DoNotOptimize(result);
+  }
   state.SetItemsProcessed(state.iterations() * kEightSteps.max_iterations);
 }
 BENCHMARK(ceres_steps)->Arg(8)->Arg(16)->Arg(32)->Unit(benchmark::kMillisecond);

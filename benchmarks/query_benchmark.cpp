@@ -66,7 +66,10 @@ void query_single(benchmark::State& state) {
   const DistanceField field(dense_source(), {std::size_t{1} << 30, BlendMode::kPartition, 1});
   const std::vector<Vector3> points = scattered_points();
   std::size_t i = 0;
-  for (auto _ : state) benchmark::DoNotOptimize(field.at(points[i++ % points.size()]));
+  for (auto _ : state) {
+    auto result = field.at(points[i++ % points.size()]);
+    benchmark::DoNotOptimize(result);
+  }
   state.SetItemsProcessed(state.iterations());
 }
 BENCHMARK(query_single);
