@@ -135,24 +135,38 @@ void write_new_databases(const std::filesystem::path& directory, const Identity&
   }
 }
 
+/// A directory that goes, with all that is in it, unless it was renamed.
+class TemporaryDirectory {
+ public:
+  explicit TemporaryDirectory(std::filesystem::path path) : path_(std::move(path)) {
+    std::filesystem::remove_all(path_);
+    std::filesystem::create_directories(path_);
+  }
+  ~TemporaryDirectory() {
+    std::error_code ignored;
+    std::filesystem::remove_all(path_, ignored);
+  }
+  TemporaryDirectory(const TemporaryDirectory&) = delete;
+  TemporaryDirectory& operator=(const TemporaryDirectory&) = delete;
+
+  [[nodiscard]] const std::filesystem::path& path() const { return path_; }
+
+ private:
+  std::filesystem::path path_;
+};
+
 /// Writes a new map beside its place and renames it there, so that no half-made map is ever seen.
 void make_map(const std::filesystem::path& path, const Identity& identity) {
   check_geometry(identity.geometry);
   if (Map::exists(path)) throw Error(ErrorCode::kUsage, path.string() + " already is a map");
   // "a/b.gdfmap/" names the same directory as "a/b.gdfmap", which the temporary one stands beside.
   const std::filesystem::path place = path.has_filename() ? path : path.parent_path();
-  const std::filesystem::path temporary = place.string() + ".tmp-" + std::to_string(::getpid());
   try {
-    std::filesystem::remove_all(temporary);
-    std::filesystem::create_directories(temporary);
-    write_new_databases(temporary, identity);
-    std::filesystem::rename(temporary, place);
-  } catch (const std::exception& error) {
-    std::error_code ignored;
-    std::filesystem::remove_all(temporary, ignored);
-    const auto* const system = dynamic_cast<const std::filesystem::filesystem_error*>(&error);
-    if (system == nullptr) throw;
-    throw Error(ErrorCode::kIo, "cannot create " + path.string() + ": " + system->code().message());
+    const TemporaryDirectory temporary(place.string() + ".tmp-" + std::to_string(::getpid()));
+    write_new_databases(temporary.path(), identity);
+    std::filesystem::rename(temporary.path(), place);
+  } catch (const std::filesystem::filesystem_error& error) {
+    throw Error(ErrorCode::kIo, "cannot create " + path.string() + ": " + error.code().message());
   }
 }
 

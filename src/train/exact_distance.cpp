@@ -66,10 +66,7 @@ class Search {
   [[nodiscard]] TileKey highest_tile() const { return tile_at(bounds_.max()); }
 
   /// Largest best distance so far, in steps; infinity while a sample has none.
-  [[nodiscard]] double worst() const {
-    return std::sqrt(
-        static_cast<double>(*std::max_element(best_squared_.begin(), best_squared_.end())));
-  }
+  [[nodiscard]] double worst() const { return worst_; }
 
   /// A lower bound of the distances from the samples to a box that is given relative to a tile's
   /// corner. The slack covers the rounding of squared distances, so that no order of visits can
@@ -96,6 +93,8 @@ class Search {
       }
       index.update({relative.data(), count}, std::span(best_squared_).subspan(begin, count));
     });
+    worst_ = std::sqrt(
+        static_cast<double>(*std::max_element(best_squared_.begin(), best_squared_.end())));
   }
 
   [[nodiscard]] std::vector<double> distances() const {
@@ -120,6 +119,7 @@ class Search {
   LatticePoint origin_;
   std::span<const Eigen::Vector3i> samples_;
   std::vector<float> best_squared_;
+  double worst_ = std::numeric_limits<double>::infinity();  // only a visit changes it
   Eigen::AlignedBox3i bounds_;
   int num_threads_;
 };
