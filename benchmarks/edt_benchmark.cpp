@@ -13,7 +13,8 @@
 namespace gdfmap {
 namespace {
 
-using Points = std::vector<Eigen::Vector3f>;
+using Points = std::vector<NearestPointIndex::Point>;
+using Samples = std::vector<Eigen::Vector3f>;
 
 /// Points of a room of 6 m, in steps from its corner.
 Points room_points(std::size_t count) {
@@ -21,27 +22,30 @@ Points room_points(std::size_t count) {
   const Vector3 corner = scene.bounds().min();
   Points points;
   for (std::uint64_t i = 0; i < count; ++i) {
-    points.push_back(((scene.sample(i, 1, 0.0) - corner) * kStepsPerCubeAxis)
-                         .array()
-                         .round()
-                         .max(0.0)
-                         .min(65535.0)
-                         .cast<float>());
+    const Vector3 p = (scene.sample(i, 1, 0.0) - corner) * kStepsPerCubeAxis;
+    NearestPointIndex::Point point;
+    for (std::size_t a = 0; a < 3; ++a) {
+      point[a] = static_cast<std::uint16_t>(
+          std::clamp(std::round(p[static_cast<Eigen::Index>(a)]), 0.0, 65535.0));
+    }
+    points.push_back(point);
   }
   return points;
 }
 
-/// The samples of 27 neighbouring cubes in the middle, cube by cube.
-Points samples() {
-  Points result;
-  for (int cube = 0; cube < 27; ++cube) {
-    for (int n = 0; n < kNumSamples; ++n) {
-      constexpr int k = kSamplesPerAxis;
-      const auto at = [&](int c, int i) {
-        return static_cast<float>((c + 1) * kStepsPerCubeAxis + sample_offset(i, 0));
+/// The samples of 27 neighbouring cubes in the middle, in packets of 4 × 4 × 4.
+Samples samples() {
+  constexpr int kPackets = 3 * kSamplesPerEdge / 4;
+  Samples result;
+  for (int packet = 0; packet < kPackets * kPackets * kPackets; ++packet) {
+    for (int i = 0; i < 64; ++i) {
+      // Morton order within the packet.
+      const auto at = [&](int p, int bit) {
+        const int n = 4 * p + (i >> bit & 1) + 2 * (i >> (bit + 3) & 1);
+        return static_cast<float>(kStepsPerCubeAxis + sample_offset(n + kMarginSamples, 0));
       };
-      result.emplace_back(at(cube % 3, n / (k * k)), at(cube / 3 % 3, n / k % k),
-                          at(cube / 9, n % k));
+      result.emplace_back(at(packet / (kPackets * kPackets), 2),
+                          at(packet / kPackets % kPackets, 1), at(packet % kPackets, 0));
     }
   }
   return result;
@@ -51,7 +55,7 @@ struct Adaptor {
   const Points& points;
   [[nodiscard]] std::size_t kdtree_get_point_count() const { return points.size(); }
   [[nodiscard]] float kdtree_get_pt(std::size_t i, std::size_t axis) const {
-    return points[i][static_cast<Eigen::Index>(axis)];
+    return points[i][axis];
   }
   template <typename Box>
   bool kdtree_get_bbox(Box&) const {
@@ -83,24 +87,25 @@ void build_nanoflann(benchmark::State& state) {
 }
 BENCHMARK(build_nanoflann)->Arg(1'000'000)->Unit(benchmark::kMillisecond);
 
-void query_index(benchmark::State& state) {
+void query_index(benchmark::State& state, SampleOrder order) {
   const NearestPointIndex index(room_points(1'000'000));
-  const Points places = samples();
+  const Samples places = samples();
   for (auto _ : state) {
     std::vector<float> best(places.size(), std::numeric_limits<float>::infinity());
-    index.update(places, best);
+    index.update(places, order, best);
     benchmark::DoNotOptimize(best);
   }
   state.SetItemsProcessed(state.iterations() * static_cast<std::int64_t>(places.size()));
 }
-BENCHMARK(query_index)->Unit(benchmark::kMillisecond);
+BENCHMARK_CAPTURE(query_index, packets, SampleOrder::kPackets)->Unit(benchmark::kMillisecond);
+BENCHMARK_CAPTURE(query_index, scattered, SampleOrder::kScattered)->Unit(benchmark::kMillisecond);
 
 void query_nanoflann(benchmark::State& state) {
   const Points points = room_points(1'000'000);
   const Adaptor adaptor{points};
   KdTree tree(3, adaptor);
   tree.buildIndex();
-  const Points places = samples();
+  const Samples places = samples();
   for (auto _ : state) {
     for (const Eigen::Vector3f& p : places) {
       std::uint32_t nearest = 0;

@@ -8,6 +8,7 @@
 #include <CLI/CLI.hpp>
 
 #include <gdfmap/core/error.hpp>
+#include <gdfmap/core/instruction_set.hpp>
 
 #include "commands.hpp"
 #include "help_formatter.hpp"
@@ -18,18 +19,9 @@
 namespace gdfmap::cli {
 namespace {
 
-/// What the evaluation of the field runs on, on this machine.
-constexpr const char* instruction_set() {
-#if defined(__x86_64__)
-  return "x86-64 (SSE2)";
-#else
-  return "generic";
-#endif
-}
-
 std::string version_text() {
   return std::string("gdfmap ") + kVersion + "\ncommit " + kCommit + "\ninstruction set " +
-         instruction_set() + "\n";
+         name_of(best_instruction_set()) + "\n";
 }
 
 std::vector<Command> add_commands(CLI::App& program) {

@@ -13,8 +13,8 @@ namespace {
 /// tensor structure that it is an oracle for.
 class DenseCost final : public ceres::CostFunction {
  public:
-  DenseCost(const TensorProblem<double>& problem, Eigen::Index num_gaussians)
-      : target_(problem.target()), num_gaussians_(num_gaussians) {
+  DenseCost(const CubeProblem& problem, Eigen::Index num_gaussians)
+      : problem_(problem), num_gaussians_(num_gaussians) {
     set_num_residuals(kNumSamples);
     mutable_parameter_block_sizes()->push_back(
         static_cast<std::int32_t>(kFitParameters * num_gaussians));
@@ -24,8 +24,7 @@ class DenseCost final : public ceres::CostFunction {
                 double** jacobians) const override {
     using Jacobian =
         Eigen::Map<Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>>;
-    const Eigen::Map<const TensorProblem<double>::Parameters> p(parameters[0], kFitParameters,
-                                                                num_gaussians_);
+    const Eigen::Map<const FitParameters<double>> p(parameters[0], kFitParameters, num_gaussians_);
     const Eigen::Array3Xd inverse_sigma = (-p.bottomRows<3>().array()).exp();
     double* const derivatives = jacobians != nullptr ? jacobians[0] : nullptr;
     Jacobian jacobian(derivatives, derivatives != nullptr ? kNumSamples : 0, p.size());
@@ -47,7 +46,9 @@ class DenseCost final : public ceres::CostFunction {
         row.segment<3>(kFitMean) = (root_weight * value * u * inverse_sigma.col(k)).matrix();
         row.segment<3>(kFitLogSigma) = (root_weight * value * u.square()).matrix();
       }
-      residuals[i] = root_weight * (model - target_(at[0], at[1] * n + at[2]));
+      const double target =
+          problem_.scale * static_cast<double>(problem_.targets[static_cast<std::size_t>(i)]);
+      residuals[i] = root_weight * (model - target);
     }
     return true;
   }
@@ -55,7 +56,7 @@ class DenseCost final : public ceres::CostFunction {
  private:
   static double weight(int i) { return axis_weights()[static_cast<std::size_t>(i)]; }
 
-  TensorProblem<double>::Grid target_;
+  CubeProblem problem_;
   Eigen::Index num_gaussians_;
 };
 
@@ -66,22 +67,20 @@ void set_bounds(ceres::Problem& problem, double* parameters, Eigen::Index num_ga
       problem.SetParameterLowerBound(parameters, mean, kMinMean);
       problem.SetParameterUpperBound(parameters, mean, kMaxMean);
       const int log_sigma = kFitParameters * k + kFitLogSigma + a;
-      problem.SetParameterLowerBound(parameters, log_sigma, std::log(kMinSigma));
-      problem.SetParameterUpperBound(parameters, log_sigma, std::log(kMaxSigma));
+      problem.SetParameterLowerBound(parameters, log_sigma, kMinLogSigma);
+      problem.SetParameterUpperBound(parameters, log_sigma, kMaxLogSigma);
     }
   }
 }
 
 }  // namespace
 
-OptimizerResult<double> minimize_ceres(const TensorProblem<double>& problem,
-                                       const TensorProblem<double>::Parameters& start,
-                                       const OptimizerOptions& options) {
-  OptimizerResult<double> result{start, 0.0, 0};
-  double* const parameters = result.parameters.data();
+void minimize_ceres(OptimizerJob<double>& job, const OptimizerOptions& options) {
+  double* const parameters = job.parameters.data();
   ceres::Problem ceres_problem;
-  ceres_problem.AddResidualBlock(new DenseCost(problem, start.cols()), nullptr, parameters);
-  set_bounds(ceres_problem, parameters, start.cols());
+  ceres_problem.AddResidualBlock(new DenseCost(job.problem, job.parameters.cols()), nullptr,
+                                 parameters);
+  set_bounds(ceres_problem, parameters, job.parameters.cols());
 
   ceres::Solver::Options solver_options;
   solver_options.max_num_iterations = options.max_iterations;
@@ -92,13 +91,12 @@ OptimizerResult<double> minimize_ceres(const TensorProblem<double>& problem,
   solver_options.logging_type = ceres::SILENT;
   ceres::Solver::Summary summary;
   ceres::Solve(solver_options, &ceres_problem, &summary);
-  result.cost = summary.final_cost;
-  result.num_iterations = static_cast<int>(summary.iterations.size());
-  return result;
+  job.cost = summary.final_cost;
+  job.num_iterations = static_cast<int>(summary.iterations.size());
 }
 
-DenseEvaluation evaluate_with_ceres(const TensorProblem<double>& problem,
-                                    const TensorProblem<double>::Parameters& parameters) {
+DenseEvaluation evaluate_with_ceres(const CubeProblem& problem,
+                                    const FitParameters<double>& parameters) {
   const DenseCost cost(problem, parameters.cols());
   DenseEvaluation result;
   result.residuals.resize(kNumSamples);

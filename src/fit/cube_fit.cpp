@@ -6,62 +6,52 @@
 #include <gdfmap/core/flush_to_zero.hpp>
 #include <gdfmap/fit/cube_fit.hpp>
 #include <gdfmap/fit/optimizers.hpp>
-
-#include "pursuit.hpp"
+#include <gdfmap/fit/tensor_batch.hpp>
 
 namespace gdfmap {
 namespace {
 
-using Problem = TensorProblem<double>;
-using Parameters = Problem::Parameters;
+constexpr int kAtomsPerRound = 4;
+/// Ridges relative to the mean diagonal of the weights' Gram matrix: in pursuit, where atoms may be
+/// much alike, and after rounding, where it only keeps the numbers finite.
+constexpr double kPursuitRidge = 1e-5;
+constexpr double kRoundingRidge = 1e-7;
 
-/// Ridge of the last solve for the weights, relative to the mean diagonal of their Gram matrix.
-constexpr double kWeightRidge = 1e-9;
+/// A cube on its way up the ladder.
+struct Climber {
+  const CubeSamples* samples;
+  FitParameters<float> parameters{kFitParameters, 0};
+  CubeFit best;
 
-/// Rounds shapes to the stored precision, solves for the weights that suit the rounded shapes, and
-/// rounds those.
-Gaussians to_stored(Problem& problem, Parameters parameters, double edge) {
+  [[nodiscard]] CubeProblem problem() const { return {samples->targets, 1.0 / samples->edge}; }
+};
+using Climbers = std::vector<Climber*>;
+
+/// Rounds shapes to the stored precision, in the stored form and in the problem's.
+Gaussians round_shapes(FitParameters<float>& parameters, double edge) {
   Gaussians gaussians(static_cast<std::size_t>(parameters.cols()));
   for (std::size_t k = 0; k < gaussians.size(); ++k) {
     const auto column = static_cast<Eigen::Index>(k);
     for (std::size_t a = 0; a < 3; ++a) {
       const auto axis = static_cast<Eigen::Index>(a);
-      double& mean = parameters(kFitMean + axis, column);
-      gaussians.at(kMeanX + a, k) = static_cast<float>(mean * edge);
-      mean = gaussians.at(kMeanX + a, k) / edge;
-      double& log_sigma = parameters(kFitLogSigma + axis, column);
-      const auto root_sigma = static_cast<float>(std::sqrt(std::exp(log_sigma) * edge));
+      float& mean = parameters(kFitMean + axis, column);
+      gaussians.at(kMeanX + a, k) = static_cast<float>(static_cast<double>(mean) * edge);
+      mean = static_cast<float>(static_cast<double>(gaussians.at(kMeanX + a, k)) / edge);
+      float& log_sigma = parameters(kFitLogSigma + axis, column);
+      const auto root_sigma =
+          static_cast<float>(std::sqrt(std::exp(static_cast<double>(log_sigma)) * edge));
       gaussians.at(kRootSigmaX + a, k) = root_sigma;
-      log_sigma = std::log(static_cast<double>(root_sigma) * root_sigma / edge);
+      log_sigma = static_cast<float>(std::log(static_cast<double>(root_sigma) * root_sigma / edge));
     }
-  }
-  problem.evaluate(parameters);
-  const Problem::Vector weights = problem.solve_weights(kWeightRidge);
-  for (std::size_t k = 0; k < gaussians.size(); ++k) {
-    gaussians.at(kWeight, k) = static_cast<float>(weights[static_cast<Eigen::Index>(k)] * edge);
   }
   return gaussians;
 }
 
-/// Errors of the stored Gaussians at the held-out samples, by the kernel that queries use.
-CubeErrors held_out_errors(const Gaussians& gaussians, const CubeSamples& samples) {
-  const Kernel kernel(gaussians);
-  std::array<double, kHeldOutPerAxis> position;
-  for (int i = 0; i < kHeldOutPerAxis; ++i) {
-    position[static_cast<std::size_t>(i)] = held_out_position(i, samples.level) * samples.edge;
-  }
-  std::array<double, kNumHeldOut> errors;
+CubeErrors summary(std::array<double, kNumHeldOut>& errors) {
   double sum = 0.0, sum_of_squares = 0.0;
-  std::size_t i = 0;
-  for (const double x : position) {
-    for (const double y : position) {
-      for (const double z : position) {
-        const double error = std::abs(evaluate(kernel.view(), {x, y, z}) - samples.held_out[i]);
-        sum += error;
-        sum_of_squares += error * error;
-        errors[i++] = error;
-      }
-    }
+  for (const double error : errors) {
+    sum += error;
+    sum_of_squares += error * error;
   }
   constexpr std::ptrdiff_t kRank95 = (kNumHeldOut * 95 + 99) / 100 - 1;
   std::nth_element(errors.begin(), errors.begin() + kRank95, errors.end());
@@ -71,38 +61,155 @@ CubeErrors held_out_errors(const Gaussians& gaussians, const CubeSamples& sample
           static_cast<float>(*std::max_element(errors.begin() + kRank95, errors.end()))};
 }
 
-OptimizerResult<double> minimize(Problem& problem, const Parameters& start,
-                                 const FitConfig& config) {
-  OptimizerOptions options;
-  options.max_iterations = config.max_iterations;
-  return config.solver == Solver::kCeres ? minimize_ceres(problem, start, options)
-                                         : minimize_tensor(problem, start, options);
-}
+/// Climbs the ladder with cubes of one class and level.
+class Ladder {
+ public:
+  Ladder(const std::vector<int>& steps, const FitConfig& config, const CubeSamples& any,
+         InstructionSet set)
+      : steps_(steps),
+        config_(config),
+        threshold_(config.mae_threshold * static_cast<double>(level_scale(any.level))),
+        batch_(steps.back(), set) {
+    for (int i = 0; i < kHeldOutPerAxis; ++i) {
+      held_out_positions_[static_cast<std::size_t>(i)] = held_out_position(i, any.level);
+    }
+  }
+
+  void climb(Climbers climbers) {
+    for (const int step : steps_) {
+      for_each_group(climbers, [&](std::span<Climber* const> group) { grow(group, step); });
+      optimize(climbers);
+      for_each_group(climbers, [&](std::span<Climber* const> group) { settle(group, step); });
+      std::erase_if(climbers, [&](const Climber* c) { return !c->best.finite || is_good(*c); });
+    }
+  }
+
+ private:
+  [[nodiscard]] bool is_good(const Climber& c) const { return c.best.errors.mae <= threshold_; }
+
+  /// Calls body with as many climbers at a time as the batch has lanes.
+  template <typename Body>
+  void for_each_group(const Climbers& climbers, const Body& body) const {
+    const auto lanes = static_cast<std::size_t>(batch_.num_lanes());
+    for (std::size_t begin = 0; begin < climbers.size(); begin += lanes) {
+      body(std::span(climbers).subspan(begin, std::min(lanes, climbers.size() - begin)));
+    }
+  }
+
+  /// Adds Gaussians by pursuit until there are `count`; the old ones keep their shapes.
+  void grow(std::span<Climber* const> group, int count) {
+    auto have = static_cast<int>(group.front()->parameters.cols());
+    batch_.resize(have);
+    load(group);
+    while (have < count) {
+      batch_.evaluate();
+      const int added = std::min(count - have, kAtomsPerRound);
+      batch_.resize(have + added);
+      batch_.pursue(have, added);
+      batch_.evaluate();
+      batch_.solve_weights(kPursuitRidge);
+      have += added;
+    }
+    for (std::size_t i = 0; i < group.size(); ++i) {
+      group[i]->parameters = batch_.candidate(static_cast<int>(i));
+    }
+  }
+
+  void load(std::span<Climber* const> group) {
+    for (std::size_t i = 0; i < group.size(); ++i) {
+      batch_.set_problem(static_cast<int>(i), group[i]->problem());
+      batch_.set_candidate(static_cast<int>(i), group[i]->parameters);
+    }
+  }
+
+  void optimize(const Climbers& climbers) {
+    OptimizerOptions options;
+    options.max_iterations = config_.max_iterations;
+    if (config_.solver == Solver::kCeres) {
+      optimize_each<double>(climbers, [&](std::span<OptimizerJob<double>> jobs) {
+        for (OptimizerJob<double>& job : jobs) minimize_ceres(job, options);
+      });
+    } else {
+      optimize_each<float>(climbers, [&](std::span<OptimizerJob<float>> jobs) {
+        minimize_tensor(batch_, jobs, options);
+      });
+    }
+  }
+
+  template <typename Scalar, typename Minimize>
+  static void optimize_each(const Climbers& climbers, const Minimize& minimize) {
+    std::vector<OptimizerJob<Scalar>> jobs;
+    for (const Climber* c : climbers) {
+      jobs.push_back({c->problem(), c->parameters.template cast<Scalar>()});
+    }
+    minimize(std::span(jobs));
+    for (std::size_t i = 0; i < jobs.size(); ++i) {
+      climbers[i]->parameters = jobs[i].parameters.template cast<float>();
+      climbers[i]->best.num_iterations += jobs[i].num_iterations;
+    }
+  }
+
+  /// Rounds to the stored precision, measures the errors and keeps what is better than before.
+  void settle(std::span<Climber* const> group, int count) {
+    batch_.resize(count);
+    std::vector<Gaussians> rounded;
+    for (Climber* c : group) rounded.push_back(round_shapes(c->parameters, c->samples->edge));
+    load(group);
+    batch_.evaluate();
+    batch_.solve_weights(kRoundingRidge);
+    for (std::size_t i = 0; i < group.size(); ++i) {
+      batch_.set_held_out(static_cast<int>(i), group[i]->samples->held_out,
+                          1.0 / group[i]->samples->edge);
+    }
+    batch_.compute_held_out_errors(held_out_positions_);
+    for (std::size_t i = 0; i < group.size(); ++i) {
+      settle(*group[i], static_cast<int>(i), std::move(rounded[i]));
+    }
+  }
+
+  void settle(Climber& climber, int lane, Gaussians gaussians) {
+    const double edge = climber.samples->edge;
+    const FitParameters<float> candidate = batch_.candidate(lane);
+    for (std::size_t k = 0; k < gaussians.size(); ++k) {
+      gaussians.at(kWeight, k) = static_cast<float>(
+          static_cast<double>(candidate(kFitWeight, static_cast<Eigen::Index>(k))) * edge);
+    }
+    std::array<double, kNumHeldOut> held_out;
+    for (int i = 0; i < kNumHeldOut; ++i) {
+      held_out[static_cast<std::size_t>(i)] = edge * batch_.held_out_error(lane, i);
+    }
+    const CubeErrors errors = summary(held_out);
+    CubeFit& best = climber.best;
+    if (!std::isfinite(errors.rmse) || (best.finite && !(errors.mae < best.errors.mae))) return;
+    best = {true, std::move(gaussians), errors, best.num_iterations};
+  }
+
+  const std::vector<int>& steps_;
+  const FitConfig& config_;
+  double threshold_;
+  TensorBatch<float> batch_;
+  std::array<double, kHeldOutPerAxis> held_out_positions_;
+};
 
 }  // namespace
 
-CubeFit fit_cube(const CubeSamples& samples, const FitConfig& config) {
+std::vector<CubeFit> fit_cubes(std::span<const CubeSamples> cubes, const FitConfig& config,
+                               InstructionSet set) {
   const FlushToZero flush_to_zero;
-  Problem problem(samples.targets, 1.0 / samples.edge);
-  const double threshold = config.mae_threshold * static_cast<double>(level_scale(samples.level));
-  CubeFit best;
-  Parameters parameters(kFitParameters, 0);
-  int num_iterations = 0;
-  for (const int count : samples.populated ? config.populated_steps : config.empty_steps) {
-    parameters = add_gaussians(problem, parameters, count - static_cast<int>(parameters.cols()));
-    OptimizerResult<double> result = minimize(problem, parameters, config);
-    num_iterations += result.num_iterations;
-    parameters = std::move(result.parameters);
-    Gaussians gaussians = to_stored(problem, parameters, samples.edge);
-    const CubeErrors errors = held_out_errors(gaussians, samples);
-    if (!std::isfinite(errors.rmse)) break;
-    if (!best.finite || errors.mae < best.errors.mae) {
-      best = {true, std::move(gaussians), errors, 0};
+  std::vector<Climber> climbers;
+  for (const CubeSamples& samples : cubes) climbers.push_back({&samples, {}, {}});
+  for (const bool populated : {true, false}) {
+    Climbers of_class;
+    for (Climber& c : climbers) {
+      if (c.samples->populated == populated) of_class.push_back(&c);
     }
-    if (best.errors.mae <= threshold) break;
+    if (of_class.empty()) continue;
+    const std::vector<int>& steps = populated ? config.populated_steps : config.empty_steps;
+    Ladder(steps, config, *of_class.front()->samples, set).climb(std::move(of_class));
   }
-  best.num_iterations = num_iterations;
-  return best;
+  std::vector<CubeFit> fits;
+  for (Climber& c : climbers) fits.push_back(std::move(c.best));
+  return fits;
 }
 
 }  // namespace gdfmap

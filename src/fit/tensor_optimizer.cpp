@@ -1,23 +1,16 @@
 #include <algorithm>
-#include <array>
-#include <cmath>
-#include <limits>
 #include <utility>
 
-#include <Eigen/Cholesky>
-
 #include <gdfmap/fit/optimizers.hpp>
+#include <gdfmap/fit/tensor_batch.hpp>
 
 namespace gdfmap {
 namespace {
 
 constexpr double kInitialDamping = 1e-2;
-constexpr double kLeastDamping = 1e-9;
-constexpr double kMostDamping = 1e9;
-constexpr double kMostMeanStep = 0.3;      // edges
-constexpr double kMostLogSigmaStep = 0.7;  // a factor of 2
-constexpr double kWeightRidge = 1e-6;      // per sample
-constexpr double kDiagonalFloor = 1e-12;   // of the largest diagonal entry
+constexpr double kLeastDamping = 1e-6;
+constexpr double kMostDamping = 1e6;
+constexpr double kRejectedFactor = 6.0;
 
 /// Damping factor after an accepted step, by how well the quadratic model foretold it.
 double damping_factor(double gain_ratio) {
@@ -25,127 +18,120 @@ double damping_factor(double gain_ratio) {
   if (gain_ratio > 0.25) return 0.5;
   return 1.5;
 }
-constexpr double kRejectedFactor = 6.0;
 
-/// Range of a parameter by its row.
+/// A lane of a batch, at its own step of its own job.
 template <typename Scalar>
-struct Bounds {
-  std::array<Scalar, kFitParameters> low, high;
-
-  Bounds() {
-    for (std::size_t row = 0; row < kFitParameters; ++row) {
-      const bool is_mean = row >= kFitMean && row < kFitLogSigma;
-      const bool is_weight = row == kFitWeight;
-      constexpr double kInfinity = std::numeric_limits<double>::infinity();
-      low[row] = static_cast<Scalar>(is_weight ? -kInfinity
-                                     : is_mean ? kMinMean
-                                               : std::log(kMinSigma));
-      high[row] = static_cast<Scalar>(is_weight ? kInfinity
-                                      : is_mean ? kMaxMean
-                                                : std::log(kMaxSigma));
-    }
-  }
+struct Lane {
+  OptimizerJob<Scalar>* job = nullptr;  ///< none: idle
+  bool started = false;                 ///< false until its start has been evaluated
+  bool done = false;
+  double damping = kInitialDamping;
 };
 
-/// Most that a step may change a parameter of a row.
-double most_step(std::size_t row) {
-  if (row == kFitWeight) return std::numeric_limits<double>::infinity();
-  return row < kFitLogSigma ? kMostMeanStep : kMostLogSigmaStep;
-}
+template <typename Scalar>
+class LaneOptimizer {
+ public:
+  LaneOptimizer(TensorBatch<Scalar>& batch, std::span<OptimizerJob<Scalar>> jobs,
+                const OptimizerOptions& options)
+      : batch_(batch),
+        waiting_(jobs),
+        options_(options),
+        lanes_(static_cast<std::size_t>(batch_.num_lanes())),
+        accepted_(lanes_.size()),
+        damping_(lanes_.size()) {}
 
-/// Adds a step with every component clamped, and projects the result on the bounds.
-template <typename Parameters, typename Vector>
-Parameters stepped(const Parameters& from, const Vector& step) {
-  using Scalar = typename Parameters::Scalar;
-  static const Bounds<Scalar> bounds;
-  Parameters to = from;
-  for (Eigen::Index i = 0; i < from.size(); ++i) {
-    const auto row = static_cast<std::size_t>(i % kFitParameters);
-    const auto most = static_cast<Scalar>(most_step(row));
-    to.data()[i] = std::clamp(from.data()[i] + std::clamp(step[i], -most, most), bounds.low[row],
-                              bounds.high[row]);
-  }
-  return to;
-}
-
-/// Holds the parameters that stand at a bound and would leave it: their rows and columns become
-/// those of the identity, so that the others do not count on a movement that cannot happen.
-template <typename Parameters, typename Matrix, typename Vector>
-void hold_active_bounds(const Parameters& parameters, Matrix& normal_matrix, Vector& gradient) {
-  using Scalar = typename Parameters::Scalar;
-  static const Bounds<Scalar> bounds;
-  for (Eigen::Index i = 0; i < parameters.size(); ++i) {
-    const auto row = static_cast<std::size_t>(i % kFitParameters);
-    const Scalar value = parameters.data()[i];
-    const bool leaves_low = value <= bounds.low[row] && gradient[i] > Scalar(0);
-    const bool leaves_high = value >= bounds.high[row] && gradient[i] < Scalar(0);
-    if (!leaves_low && !leaves_high) continue;
-    normal_matrix.row(i).setZero();
-    normal_matrix.col(i).setZero();
-    normal_matrix(i, i) = Scalar(1);
-    gradient[i] = Scalar(0);
-  }
-}
-
-/// (JᵀJ + λ diag(JᵀJ) + ridge) δ = −Jᵀr.
-template <typename Matrix, typename Vector>
-Vector damped_step(const Matrix& normal_matrix, const Vector& gradient, double damping) {
-  using Scalar = typename Matrix::Scalar;
-  Matrix damped = normal_matrix;
-  const Scalar floor = static_cast<Scalar>(kDiagonalFloor) * normal_matrix.diagonal().maxCoeff();
-  for (Eigen::Index i = 0; i < damped.rows(); ++i) {
-    damped(i, i) += static_cast<Scalar>(damping) * std::max(damped(i, i), floor) + floor;
-    if (i % kFitParameters == kFitWeight) {
-      damped(i, i) += static_cast<Scalar>(damping * kWeightRidge * kNumSamples);
+  void run() {
+    refill();
+    while (num_active_ > 0) {
+      batch_.evaluate();
+      judge();
+      batch_.accept(accepted_);
+      refill();
+      step();
     }
   }
-  return damped.template selfadjointView<Eigen::Lower>().llt().solve(-gradient);
-}
+
+ private:
+  /// Gives every lane that is idle or done the next job.
+  void refill() {
+    for (std::size_t i = 0; i < lanes_.size(); ++i) {
+      Lane<Scalar>& lane = lanes_[i];
+      if (lane.job != nullptr && !lane.done) continue;
+      if (lane.job != nullptr) --num_active_;
+      lane = Lane<Scalar>{};
+      if (waiting_.empty()) continue;
+      lane.job = &waiting_.front();
+      waiting_ = waiting_.subspan(1);
+      ++num_active_;
+      batch_.set_problem(static_cast<int>(i), lane.job->problem);
+      batch_.set_candidate(static_cast<int>(i), lane.job->parameters);
+    }
+  }
+
+  /// Decides which lanes stay where they were evaluated.
+  void judge() {
+    for (std::size_t i = 0; i < lanes_.size(); ++i) {
+      accepted_[i] = lanes_[i].job != nullptr && judge(lanes_[i], static_cast<int>(i));
+    }
+  }
+
+  bool judge(Lane<Scalar>& lane, int i) {
+    OptimizerJob<Scalar>& job = *lane.job;
+    const double cost = batch_.cost(i), gain = job.cost - cost;
+    if (!std::exchange(lane.started, true)) {
+      job.cost = cost;
+      job.num_iterations = 0;
+      lane.done = options_.max_iterations <= 0;
+      return true;
+    }
+    const bool accepted = cost < job.cost;  // not where it is NaN
+    if (accepted) {
+      const double predicted = batch_.predicted_decrease(i);
+      lane.damping *= damping_factor(predicted > 0.0 ? gain / predicted : 0.0);
+      lane.damping = std::max(lane.damping, kLeastDamping);
+      lane.done = gain <= options_.function_tolerance * job.cost;
+      job.cost = cost;
+      job.parameters = batch_.candidate(i);
+    } else {
+      lane.damping *= kRejectedFactor;
+      lane.done = lane.damping >= kMostDamping;
+    }
+    if (++job.num_iterations >= options_.max_iterations) lane.done = true;
+    return accepted;
+  }
+
+  void step() {
+    for (std::size_t i = 0; i < lanes_.size(); ++i) damping_[i] = lanes_[i].damping;
+    batch_.step(damping_);
+    for (std::size_t i = 0; i < lanes_.size(); ++i) {
+      const Lane<Scalar>& lane = lanes_[i];
+      if (lane.job == nullptr || lane.started) continue;
+      batch_.set_candidate(static_cast<int>(i), lane.job->parameters);
+    }
+  }
+
+  TensorBatch<Scalar>& batch_;
+  std::span<OptimizerJob<Scalar>> waiting_;
+  OptimizerOptions options_;
+  std::vector<Lane<Scalar>> lanes_;
+  std::vector<bool> accepted_;
+  std::vector<double> damping_;
+  int num_active_ = 0;
+};
 
 }  // namespace
 
 template <typename Scalar>
-OptimizerResult<Scalar> minimize_tensor(TensorProblem<Scalar>& problem,
-                                        const typename TensorProblem<Scalar>::Parameters& start,
-                                        const OptimizerOptions& options) {
-  using Problem = TensorProblem<Scalar>;
-  typename Problem::Matrix normal_matrix;
-  typename Problem::Vector gradient;
-  OptimizerResult<Scalar> best{start, static_cast<double>(problem.evaluate(start)), 0};
-  problem.normal_equations(normal_matrix, gradient);
-  hold_active_bounds(start, normal_matrix, gradient);
-  double damping = kInitialDamping;
-  while (best.num_iterations < options.max_iterations && damping < kMostDamping) {
-    ++best.num_iterations;
-    const typename Problem::Vector step = damped_step(normal_matrix, gradient, damping);
-    typename Problem::Parameters candidate = stepped(best.parameters, step);
-    const auto cost = static_cast<double>(problem.evaluate(candidate));
-    if (!(cost < best.cost)) {  // also when it is not a number
-      damping *= kRejectedFactor;
-      continue;
-    }
-    using Flat = Eigen::Map<const typename Problem::Vector>;
-    const typename Problem::Vector taken = Flat(candidate.data(), candidate.size()) -
-                                           Flat(best.parameters.data(), best.parameters.size());
-    const auto foretold =
-        static_cast<double>(-taken.dot(gradient) - Scalar(0.5) * taken.dot(normal_matrix * taken));
-    const double gain = best.cost - cost;
-    const bool converged = gain <= options.function_tolerance * best.cost;
-    best.parameters = std::move(candidate);
-    best.cost = cost;
-    if (converged) break;
-    damping =
-        std::max(damping * damping_factor(foretold > 0.0 ? gain / foretold : 0.0), kLeastDamping);
-    problem.normal_equations(normal_matrix, gradient);
-  }
-  return best;
+void minimize_tensor(TensorBatch<Scalar>& batch, std::span<OptimizerJob<Scalar>> jobs,
+                     const OptimizerOptions& options) {
+  if (jobs.empty()) return;
+  batch.resize(static_cast<int>(jobs.front().parameters.cols()));
+  LaneOptimizer<Scalar>(batch, jobs, options).run();
 }
 
-template OptimizerResult<float> minimize_tensor<float>(TensorProblem<float>&,
-                                                       const TensorProblem<float>::Parameters&,
-                                                       const OptimizerOptions&);
-template OptimizerResult<double> minimize_tensor<double>(TensorProblem<double>&,
-                                                         const TensorProblem<double>::Parameters&,
-                                                         const OptimizerOptions&);
+template void minimize_tensor<float>(TensorBatch<float>&, std::span<OptimizerJob<float>>,
+                                     const OptimizerOptions&);
+template void minimize_tensor<double>(TensorBatch<double>&, std::span<OptimizerJob<double>>,
+                                      const OptimizerOptions&);
 
 }  // namespace gdfmap

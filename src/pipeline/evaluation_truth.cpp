@@ -59,10 +59,24 @@ void EvaluationTruth::use_cloud(const RunContext& context) {
   store_ = temporary_store_.get();
 }
 
+std::vector<double> EvaluationTruth::to_points(const LatticePoint& origin,
+                                               std::span<const Eigen::Vector3i> samples) {
+  std::vector<double> result(samples.size());
+  constexpr std::size_t kPerTask = 256;
+  parallel_for((samples.size() + kPerTask - 1) / kPerTask, num_threads_, [&](std::size_t task) {
+    const std::size_t begin = task * kPerTask;
+    const auto part = samples.subspan(begin, std::min(kPerTask, samples.size() - begin));
+    const std::vector<double> found =
+        exact_distance_->nearest(origin, part, SampleOrder::kScattered);
+    std::copy(found.begin(), found.end(), result.begin() + static_cast<std::ptrdiff_t>(begin));
+  });
+  return result;
+}
+
 std::vector<double> EvaluationTruth::distances(const LatticePoint& origin,
                                                std::span<const Eigen::Vector3i> samples) {
   if (!scene_) {
-    std::vector<double> result = exact_distance_->nearest(origin, samples, num_threads_);
+    std::vector<double> result = to_points(origin, samples);
     for (double& distance : result) distance *= lattice_.step();
     return result;
   }
@@ -83,7 +97,7 @@ std::vector<bool> EvaluationTruth::is_told_by_points(const LatticePoint& origin,
                                                      std::span<const double> distances) {
   std::vector<bool> result(samples.size(), true);
   if (!scene_ || !exact_distance_) return result;
-  const std::vector<double> nearest = exact_distance_->nearest(origin, samples, num_threads_);
+  const std::vector<double> nearest = to_points(origin, samples);
   for (std::size_t i = 0; i < samples.size(); ++i) {
     result[i] = std::abs(nearest[i] * lattice_.step() - distances[i]) <= options_.truth_gap;
   }

@@ -34,6 +34,9 @@ class EvaluationTruth {
   [[nodiscard]] std::optional<CubeMask> populated(const TileKey& tile) const;
 
  private:
+  /// Distances in steps to the nearest point.
+  [[nodiscard]] std::vector<double> to_points(const LatticePoint& origin,
+                                              std::span<const Eigen::Vector3i> samples);
   void use_cloud(const RunContext& context);
 
   const Lattice& lattice_;

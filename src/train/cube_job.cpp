@@ -26,9 +26,10 @@ Digest input_digest(const CubeJob& job, const Digest& configuration) {
   return hash128(writer.bytes());
 }
 
-CubeRecord run(const CubeJob& job, const FitConfig& config, const Digest& input) {
-  CubeFit fit =
-      fit_cube({job.targets, job.held_out, job.key.level, job.edge, job.populated}, config);
+namespace {
+
+CubeRecord record_of(const CubeJob& job, CubeFit fit, const Digest& input,
+                     const FitConfig& config) {
   CubeRecord record;
   record.index = cube_index_in_tile(job.key);
   record.cube_class = job.populated ? CubeClass::kPopulated : CubeClass::kEmpty;
@@ -46,6 +47,22 @@ CubeRecord run(const CubeJob& job, const FitConfig& config, const Digest& input)
   record.errors = fit.errors;
   record.gaussians = std::move(fit.gaussians);
   return record;
+}
+
+}  // namespace
+
+std::vector<CubeRecord> run(std::span<const CubeJob> jobs, std::span<const Digest> inputs,
+                            const FitConfig& config) {
+  std::vector<CubeSamples> samples;
+  for (const CubeJob& job : jobs) {
+    samples.push_back({job.targets, job.held_out, job.key.level, job.edge, job.populated});
+  }
+  std::vector<CubeFit> fits = fit_cubes(samples, config);
+  std::vector<CubeRecord> records;
+  for (std::size_t i = 0; i < jobs.size(); ++i) {
+    records.push_back(record_of(jobs[i], std::move(fits[i]), inputs[i], config));
+  }
+  return records;
 }
 
 }  // namespace gdfmap

@@ -1,6 +1,8 @@
 #pragma once
 
 #include <array>
+#include <span>
+#include <vector>
 
 #include <gdfmap/edt/sample_lattice.hpp>
 #include <gdfmap/fit/fit_config.hpp>
@@ -24,7 +26,9 @@ struct CubeJob {
 /// Digest of a configuration and the fit version.
 [[nodiscard]] Digest configuration_digest(const FitConfig& config);
 
-/// Fits a cube: a pure function, whatever the thread.
-[[nodiscard]] CubeRecord run(const CubeJob& job, const FitConfig& config, const Digest& input);
+/// Fits cubes of one level: a pure function of each, whatever the others and the thread.
+/// @param inputs  their input digests
+[[nodiscard]] std::vector<CubeRecord> run(std::span<const CubeJob> jobs,
+                                          std::span<const Digest> inputs, const FitConfig& config);
 
 }  // namespace gdfmap

@@ -1,15 +1,22 @@
 #include "tile_samples.hpp"
 
 #include <algorithm>
-#include <array>
+#include <cstdint>
+#include <numeric>
+
+#include <gdfmap/core/morton.hpp>
 
 namespace gdfmap {
 namespace {
 
 constexpr int kSide = kTileSamplesPerAxis;
-/// Samples are looked up in packets of 4 × 4 × 4, so that neighbours in space follow each other.
+/// Samples are looked up in packets of 4 × 4 × 4, which a cube's samples fill exactly.
 constexpr int kPacket = 4;
-static_assert(kSide % kPacket == 0);
+constexpr int kPacketsPerSide = kSide / kPacket;
+static_assert(kSide % kPacket == 0 && kSamplesPerEdge % kPacket == 0 &&
+              kSamplesPerAxis % kPacket == 0);
+/// Enough for one search to be worth its beginning, few enough to stand close together.
+constexpr std::size_t kPacketsPerChunk = 16;
 
 std::size_t lattice_index(int x, int y, int z) {
   return (static_cast<std::size_t>(x) * kSide + static_cast<std::size_t>(y)) * kSide +
@@ -21,50 +28,36 @@ std::array<int, 3> cube_coordinates(int index) {
   return {index % n, index / n % n, index / (n * n)};
 }
 
-/// Calls visit(x, y, z) for every sample of the tile's lattice, packet by packet.
-template <typename Visit>
-void for_each_in_packets(const Visit& visit) {
-  constexpr int kPackets = kSide / kPacket;
-  for (int packet = 0; packet < kPackets * kPackets * kPackets; ++packet) {
-    const int px = packet / (kPackets * kPackets), py = packet / kPackets % kPackets,
-              pz = packet % kPackets;
-    for (int i = 0; i < kPacket * kPacket * kPacket; ++i) {
-      visit(px * kPacket + i / (kPacket * kPacket), py * kPacket + i / kPacket % kPacket,
-            pz * kPacket + i % kPacket);
-    }
+/// Places of a grid in Morton order, so that any run of them stands close together.
+std::vector<std::array<int, 3>> morton_ordered_grid(int side) {
+  std::vector<std::array<int, 3>> places;
+  for (int i = 0; i < side * side * side; ++i) {
+    places.push_back({i / (side * side), i / side % side, i % side});
   }
-}
-
-/// Calls visit(x, y, z) for the samples of one cube, in the order of its targets.
-template <typename Visit>
-void for_each_of_cube(int cube, const Visit& visit) {
-  const auto [cx, cy, cz] = cube_coordinates(cube);
-  for (int x = 0; x < kSamplesPerAxis; ++x) {
-    for (int y = 0; y < kSamplesPerAxis; ++y) {
-      for (int z = 0; z < kSamplesPerAxis; ++z) {
-        visit(cx * kSamplesPerEdge + x, cy * kSamplesPerEdge + y, cz * kSamplesPerEdge + z);
-      }
-    }
-  }
+  const auto code = [](const std::array<int, 3>& p) {
+    return morton_code(static_cast<std::uint64_t>(p[0]), static_cast<std::uint64_t>(p[1]),
+                       static_cast<std::uint64_t>(p[2]));
+  };
+  std::sort(places.begin(), places.end(),
+            [&](const auto& a, const auto& b) { return code(a) < code(b); });
+  return places;
 }
 
 }  // namespace
 
 TileSamples::TileSamples(const TileKey& key, const CubeMask& populated, const Lattice& lattice,
-                         const FitConfig& config, ExactDistance& exact_distance, int num_threads)
-    : key_(key),
-      step_(lattice.step()),
-      exact_distance_(&exact_distance),
-      num_threads_(num_threads) {
+                         const FitConfig& config, ExactDistance& exact_distance)
+    : key_(key), step_(lattice.step()), exact_distance_(&exact_distance) {
   select_cubes(populated,
                config.empty_distance_threshold * static_cast<double>(level_scale(key.level)));
-  look_up_targets();
-  look_up_held_out();
+  select_packets();
+  targets_.resize(packets_.empty() ? 0 : lattice_index(kSide - 1, kSide - 1, kSide - 1) + 1);
+  held_out_.resize(cubes_.size() * kNumHeldOut);
 }
 
 std::vector<float> TileSamples::distances(std::span<const Eigen::Vector3i> samples) const {
   const std::vector<double> steps =
-      exact_distance_->nearest(tile_origin(key_), samples, num_threads_);
+      exact_distance_->nearest(tile_origin(key_), samples, SampleOrder::kPackets);
   std::vector<float> metres(steps.size());
   std::transform(steps.begin(), steps.end(), metres.begin(),
                  [this](double d) { return static_cast<float>(d * step_); });
@@ -72,61 +65,108 @@ std::vector<float> TileSamples::distances(std::span<const Eigen::Vector3i> sampl
 }
 
 void TileSamples::select_cubes(const CubeMask& populated, double threshold) {
+  static const auto places = morton_ordered_grid(kCubesPerTileAxis);
   const auto edge = static_cast<int>(steps_per_cube(key_.level));
   std::vector<Eigen::Vector3i> centres;
-  for (int i = 0; i < kCubesPerTile; ++i) {
-    const auto [x, y, z] = cube_coordinates(i);
+  for (const auto& [x, y, z] : places) {
     centres.emplace_back(x * edge + edge / 2, y * edge + edge / 2, z * edge + edge / 2);
   }
   const std::vector<float> distance = distances(centres);
-  for (int i = 0; i < kCubesPerTile; ++i) {
-    if (populated.test(i) || distance[static_cast<std::size_t>(i)] <= threshold)
-      cubes_.push_back(i);
+  for (std::size_t i = 0; i < places.size(); ++i) {
+    const auto [x, y, z] = places[i];
+    const int cube = (z * kCubesPerTileAxis + y) * kCubesPerTileAxis + x;
+    if (populated.test(cube) || distance[i] <= threshold) cubes_.push_back(cube);
   }
+  std::sort(cubes_.begin(), cubes_.end());
 }
 
-void TileSamples::look_up_targets() {
-  std::vector<bool> needed(lattice_index(kSide - 1, kSide - 1, kSide - 1) + 1);
-  for (const int cube : cubes_) {
-    for_each_of_cube(cube, [&](int x, int y, int z) { needed[lattice_index(x, y, z)] = true; });
-  }
-  std::vector<Eigen::Vector3i> samples;
-  std::vector<std::size_t> places;
-  for_each_in_packets([&](int x, int y, int z) {
-    if (!needed[lattice_index(x, y, z)]) return;
-    const auto offset = [&](int i) { return static_cast<int>(sample_offset(i, key_.level)); };
-    samples.emplace_back(offset(x), offset(y), offset(z));
-    places.push_back(lattice_index(x, y, z));
-  });
-  const std::vector<float> found = distances(samples);
-  targets_.resize(needed.size());
-  for (std::size_t i = 0; i < places.size(); ++i) targets_[places[i]] = found[i];
-}
-
-void TileSamples::look_up_held_out() {
-  const auto edge = static_cast<int>(steps_per_cube(key_.level));
-  std::vector<Eigen::Vector3i> samples;
-  samples.reserve(cubes_.size() * kNumHeldOut);
+void TileSamples::select_packets() {
+  constexpr int kPerEdge = kSamplesPerEdge / kPacket, kPerCube = kSamplesPerAxis / kPacket;
+  static const auto places = morton_ordered_grid(kPacketsPerSide);
+  static const auto of_cube = morton_ordered_grid(kPerCube);
+  const auto index = [](int x, int y, int z) {
+    return static_cast<std::size_t>((x * kPacketsPerSide + y) * kPacketsPerSide + z);
+  };
+  std::vector<bool> needed(places.size());
   for (const int cube : cubes_) {
     const auto [cx, cy, cz] = cube_coordinates(cube);
-    const auto offset = [&](int c, int i) {
-      return c * edge + static_cast<int>(held_out_offset(i, key_.level));
-    };
-    for (int x = 0; x < kHeldOutPerAxis; ++x) {
-      for (int y = 0; y < kHeldOutPerAxis; ++y) {
-        for (int z = 0; z < kHeldOutPerAxis; ++z) {
-          samples.emplace_back(offset(cx, x), offset(cy, y), offset(cz, z));
-        }
-      }
+    for (const auto& [x, y, z] : of_cube) {
+      needed[index(cx * kPerEdge + x, cy * kPerEdge + y, cz * kPerEdge + z)] = true;
     }
   }
-  held_out_ = distances(samples);
+  for (const auto& place : places) {
+    if (needed[index(place[0], place[1], place[2])]) packets_.push_back(place);
+  }
+}
+
+std::size_t TileSamples::num_target_chunks() const {
+  return (packets_.size() + kPacketsPerChunk - 1) / kPacketsPerChunk;
+}
+
+void TileSamples::look_up(std::size_t chunk) {
+  if (chunk < num_target_chunks()) {
+    look_up_targets(chunk);
+  } else {
+    look_up_held_out(chunk - num_target_chunks());
+  }
+}
+
+void TileSamples::look_up_targets(std::size_t chunk) {
+  static const auto places = morton_ordered_grid(kPacket);
+  const std::size_t begin = chunk * kPacketsPerChunk;
+  const std::size_t end = std::min(packets_.size(), begin + kPacketsPerChunk);
+  std::vector<Eigen::Vector3i> samples;
+  std::vector<std::size_t> targets;
+  for (std::size_t i = begin; i < end; ++i) {
+    for (const auto& place : places) {
+      std::array<int, 3> at;
+      for (std::size_t a = 0; a < 3; ++a) at[a] = packets_[i][a] * kPacket + place[a];
+      const auto offset = [&](int n) { return static_cast<int>(sample_offset(n, key_.level)); };
+      samples.emplace_back(offset(at[0]), offset(at[1]), offset(at[2]));
+      targets.push_back(lattice_index(at[0], at[1], at[2]));
+    }
+  }
+  const std::vector<float> found = distances(samples);
+  for (std::size_t i = 0; i < targets.size(); ++i) targets_[targets[i]] = found[i];
+}
+
+void TileSamples::look_up_held_out(std::size_t cube) {
+  static const auto places = morton_ordered_grid(kHeldOutPerAxis);
+  const auto edge = static_cast<int>(steps_per_cube(key_.level));
+  const std::array<int, 3> corner = cube_coordinates(cubes_[cube]);
+  std::vector<Eigen::Vector3i> samples;
+  for (const auto& place : places) {
+    Eigen::Vector3i sample;
+    for (std::size_t a = 0; a < 3; ++a) {
+      sample[static_cast<Eigen::Index>(a)] =
+          corner[a] * edge + static_cast<int>(held_out_offset(place[a], key_.level));
+    }
+    samples.push_back(sample);
+  }
+  const std::vector<float> found = distances(samples);
+  for (std::size_t i = 0; i < places.size(); ++i) {
+    const auto& [x, y, z] = places[i];
+    held_out_[cube * kNumHeldOut +
+              static_cast<std::size_t>((x * kHeldOutPerAxis + y) * kHeldOutPerAxis + z)] = found[i];
+  }
 }
 
 void TileSamples::copy_targets(std::size_t n, std::span<float, kNumSamples> targets) const {
-  std::size_t i = 0;
-  for_each_of_cube(cubes_[n],
-                   [&](int x, int y, int z) { targets[i++] = targets_[lattice_index(x, y, z)]; });
+  const auto [cx, cy, cz] = cube_coordinates(cubes_[n]);
+  auto next = targets.begin();
+  for (int x = 0; x < kSamplesPerAxis; ++x) {
+    for (int y = 0; y < kSamplesPerAxis; ++y) {
+      const std::size_t row =
+          lattice_index(cx * kSamplesPerEdge + x, cy * kSamplesPerEdge + y, cz * kSamplesPerEdge);
+      next =
+          std::copy_n(targets_.begin() + static_cast<std::ptrdiff_t>(row), kSamplesPerAxis, next);
+    }
+  }
+}
+
+void TileSamples::copy_held_out(std::size_t n, std::span<float, kNumHeldOut> held_out) const {
+  std::copy_n(held_out_.begin() + static_cast<std::ptrdiff_t>(n * kNumHeldOut), kNumHeldOut,
+              held_out.begin());
 }
 
 }  // namespace gdfmap

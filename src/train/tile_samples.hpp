@@ -1,5 +1,7 @@
 #pragma once
 
+#include <array>
+#include <span>
 #include <vector>
 
 #include <gdfmap/core/cube_mask.hpp>
@@ -9,34 +11,40 @@
 
 namespace gdfmap {
 
-/// Exact distances, in metres, at the samples of every cube of a tile that is to be fitted.
+/// Exact distances, in metres, at the samples of every cube of a tile that is to be fitted. They
+/// are looked up in chunks, so that several threads can work on one tile.
 class TileSamples {
  public:
-  /// Selects the cubes that hold points or whose centre is within the threshold of one, and looks
-  /// up their targets; samples that neighbours share are looked up once.
+  /// Selects the cubes that hold points or whose centre is within the threshold of one.
   TileSamples(const TileKey& key, const CubeMask& populated, const Lattice& lattice,
-              const FitConfig& config, ExactDistance& exact_distance, int num_threads);
+              const FitConfig& config, ExactDistance& exact_distance);
 
   /// Indices of the selected cubes, ascending.
   [[nodiscard]] const std::vector<int>& cubes() const { return cubes_; }
 
-  /// Targets of the cube at place `n` of cubes(), x slowest, z fastest.
+  [[nodiscard]] std::size_t num_chunks() const { return num_target_chunks() + cubes_.size(); }
+  /// Looks up a chunk; samples that neighbouring cubes share are in one chunk only. Chunks may be
+  /// looked up in any order and at the same time.
+  void look_up(std::size_t chunk);
+
+  /// Once every chunk is looked up: targets of the cube at place `n` of cubes(), x slowest, z
+  /// fastest.
   void copy_targets(std::size_t n, std::span<float, kNumSamples> targets) const;
-  [[nodiscard]] std::span<const float, kNumHeldOut> held_out(std::size_t n) const {
-    return std::span<const float, kNumHeldOut>(held_out_.data() + n * kNumHeldOut, kNumHeldOut);
-  }
+  void copy_held_out(std::size_t n, std::span<float, kNumHeldOut> held_out) const;
 
  private:
+  [[nodiscard]] std::size_t num_target_chunks() const;
   void select_cubes(const CubeMask& populated, double threshold);
-  void look_up_targets();
-  void look_up_held_out();
+  void select_packets();
+  void look_up_targets(std::size_t chunk);
+  void look_up_held_out(std::size_t cube);
   [[nodiscard]] std::vector<float> distances(std::span<const Eigen::Vector3i> samples) const;
 
   TileKey key_;
   double step_;  ///< metres
   ExactDistance* exact_distance_;
-  int num_threads_;
   std::vector<int> cubes_;
+  std::vector<std::array<int, 3>> packets_;  ///< of the sample lattice, that some cube needs
   std::vector<float> targets_;  ///< on the tile's sample lattice; unset where no cube needs it
   std::vector<float> held_out_;
 };

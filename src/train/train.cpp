@@ -1,5 +1,5 @@
 #include <algorithm>
-#include <memory>
+#include <optional>
 #include <unordered_map>
 #include <utility>
 #include <vector>
@@ -20,6 +20,8 @@ constexpr const char* kConfigKey = "fit_config";
 
 /// Tiles whose cubes are fitted side by side and committed together.
 constexpr std::size_t kMaxWindowTiles = 16;
+/// Cubes that one task fits: enough to keep the lanes of a vector register busy.
+constexpr std::size_t kCubesPerTask = 96;
 /// What a tile of a window holds at most: samples of 512 cubes, lattice and results.
 constexpr std::size_t kTileBytes = std::size_t{8} << 20;
 
@@ -108,52 +110,109 @@ class Trainer {
   }
 
  private:
-  /// One cube of the window: to be fitted, or found unchanged.
+  /// One cube of the window.
   struct Slot {
-    std::size_t tile = 0;
-    std::unique_ptr<CubeJob> job;
+    std::size_t tile = 0;   ///< in the window
+    std::size_t place = 0;  ///< among the tile's cubes
+    bool populated = false;
+    Digest input;
     CubeRecord record;
-    bool fitted = false;
-    bool done = false;
+    bool is_stale = false;
+    bool done = false;  ///< the record is of today
   };
 
   void train_window(std::span<const CandidateTile> tiles) {
+    const std::vector<TileSamples> samples = look_up(tiles);
     std::vector<Slot> slots;
-    for (std::size_t i = 0; i < tiles.size(); ++i) add_slots(i, tiles[i], slots);
-    fit(tiles, slots);
+    for (std::size_t i = 0; i < tiles.size(); ++i) {
+      for (std::size_t n = 0; n < samples[i].cubes().size(); ++n) {
+        slots.push_back({i, n, tiles[i].cubes.test(samples[i].cubes()[n]), {}, {}, false, false});
+      }
+    }
+    keep_unchanged(tiles, samples, slots);
+    fit(tiles, samples, slots);
     commit(tiles, std::move(slots));
   }
 
-  void add_slots(std::size_t tile, const CandidateTile& candidate, std::vector<Slot>& slots) {
-    const TileSamples samples(candidate.key, candidate.cubes, map_.lattice(), config_,
-                              exact_distance_, context_.threads());
-    for (std::size_t n = 0; n < samples.cubes().size(); ++n) {
-      const int index = samples.cubes()[n];
-      auto job = std::make_unique<CubeJob>();
-      job->key = cube_at(candidate.key, index);
-      job->populated = candidate.cubes.test(index);
-      job->edge = map_.lattice().cube_edge(candidate.key.level);
-      samples.copy_targets(n, job->targets);
-      std::copy_n(samples.held_out(n).begin(), kNumHeldOut, job->held_out.begin());
-      slots.push_back({tile, std::move(job), {}, false, false});
+  /// The samples of all tiles, on all threads.
+  std::vector<TileSamples> look_up(std::span<const CandidateTile> tiles) {
+    std::vector<TileKey> keys;
+    for (const CandidateTile& tile : tiles) keys.push_back(tile.key);
+    exact_distance_.prefetch(keys, context_.threads());
+    std::vector<std::optional<TileSamples>> selected(tiles.size());
+    parallel_for(tiles.size(), context_.threads(), [&](std::size_t i) {
+      selected[i].emplace(tiles[i].key, tiles[i].cubes, map_.lattice(), config_, exact_distance_);
+    });
+    std::vector<TileSamples> samples;
+    std::vector<std::pair<std::size_t, std::size_t>> chunks;
+    for (std::size_t i = 0; i < tiles.size(); ++i) {
+      samples.push_back(std::move(*selected[i]));
+      for (std::size_t n = 0; n < samples[i].num_chunks(); ++n) chunks.emplace_back(i, n);
     }
+    parallel_for(chunks.size(), context_.threads(), [&](std::size_t i) {
+      if (!context_.stop_requested()) samples[chunks[i].first].look_up(chunks[i].second);
+    });
+    context_.throw_if_stopped();
+    return samples;
   }
 
-  void fit(std::span<const CandidateTile> tiles, std::vector<Slot>& slots) {
+  [[nodiscard]] CubeJob job_of(const Slot& slot, std::span<const CandidateTile> tiles,
+                               std::span<const TileSamples> samples) const {
+    const TileKey& tile = tiles[slot.tile].key;
+    const TileSamples& of_tile = samples[slot.tile];
+    CubeJob job;
+    job.key = cube_at(tile, of_tile.cubes()[slot.place]);
+    job.populated = slot.populated;
+    job.edge = map_.lattice().cube_edge(tile.level);
+    of_tile.copy_targets(slot.place, job.targets);
+    of_tile.copy_held_out(slot.place, job.held_out);
+    return job;
+  }
+
+  /// Takes over the stored records of the cubes whose inputs did not change.
+  void keep_unchanged(std::span<const CandidateTile> tiles, std::span<const TileSamples> samples,
+                      std::vector<Slot>& slots) {
     const std::vector<std::vector<CubeRecord>> former = former_records(tiles);
     parallel_for(slots.size(), context_.threads(), [&](std::size_t i) {
       Slot& slot = slots[i];
-      if (context_.stop_requested()) return;
-      const Digest input = input_digest(*slot.job, configuration_);
-      const int index = cube_index_in_tile(slot.job->key);
+      slot.input = input_digest(job_of(slot, tiles, samples), configuration_);
+      const int index = samples[slot.tile].cubes()[slot.place];
       const auto& records = former[slot.tile];
       const auto same = std::find_if(records.begin(), records.end(), [&](const CubeRecord& r) {
-        return r.index == index && r.input == input;
+        return r.index == index && r.input == slot.input;
       });
-      slot.fitted = same == records.end();
-      slot.record = slot.fitted ? gdfmap::run(*slot.job, config_, input) : *same;
-      slot.job.reset();
-      slot.done = true;
+      slot.is_stale = same == records.end();
+      slot.done = !slot.is_stale;
+      if (slot.done) slot.record = *same;
+    });
+  }
+
+  /// Fits the stale cubes, many at a time: those of one class together, since they climb the same
+  /// ladder.
+  void fit(std::span<const CandidateTile> tiles, std::span<const TileSamples> samples,
+           std::vector<Slot>& slots) {
+    std::vector<Slot*> stale;
+    for (Slot& slot : slots) {
+      if (slot.is_stale) stale.push_back(&slot);
+    }
+    std::stable_partition(stale.begin(), stale.end(), [](const Slot* s) { return s->populated; });
+    const std::size_t num_tasks = (stale.size() + kCubesPerTask - 1) / kCubesPerTask;
+    parallel_for(num_tasks, context_.threads(), [&](std::size_t task) {
+      if (context_.stop_requested()) return;
+      const std::size_t begin = task * kCubesPerTask;
+      const auto group =
+          std::span(stale).subspan(begin, std::min(kCubesPerTask, stale.size() - begin));
+      std::vector<CubeJob> jobs;
+      std::vector<Digest> inputs;
+      for (const Slot* slot : group) {
+        jobs.push_back(job_of(*slot, tiles, samples));
+        inputs.push_back(slot->input);
+      }
+      std::vector<CubeRecord> records = gdfmap::run(jobs, inputs, config_);
+      for (std::size_t i = 0; i < group.size(); ++i) {
+        group[i]->record = std::move(records[i]);
+        group[i]->done = true;
+      }
     });
   }
 
@@ -192,7 +251,7 @@ class Trainer {
   }
 
   void count(const Slot& slot) {
-    if (!slot.fitted) {
+    if (!slot.is_stale) {
       ++report_.num_cubes_unchanged;
       return;
     }

@@ -1,5 +1,8 @@
 #include <algorithm>
+#include <cmath>
+#include <limits>
 #include <random>
+#include <vector>
 
 #include <gtest/gtest.h>
 
@@ -8,80 +11,122 @@
 namespace gdfmap {
 namespace {
 
-using Points = std::vector<Eigen::Vector3f>;
+using Points = std::vector<NearestPointIndex::Point>;
+using Samples = std::vector<Eigen::Vector3f>;
 
-Points random_points(std::size_t count, std::uint32_t seed, int low, int high) {
-  std::mt19937 generator(seed);
-  const auto coordinate = [&] {
-    return static_cast<float>(low +
-                              static_cast<int>(generator() % static_cast<unsigned>(high - low)));
-  };
+class Coordinates {
+ public:
+  explicit Coordinates(std::uint32_t seed) : generator_(seed) {}
+  int operator()(int low, int high) {
+    return low + static_cast<int>(generator_() % static_cast<unsigned>(high - low));
+  }
+
+ private:
+  std::mt19937 generator_;
+};
+
+Points random_points(std::size_t count, std::uint32_t seed) {
+  Coordinates next(seed);
   Points points(count);
-  for (Eigen::Vector3f& p : points) p = {coordinate(), coordinate(), coordinate()};
+  for (auto& p : points) {
+    for (std::uint16_t& v : p) v = static_cast<std::uint16_t>(next(0, 65536));
+  }
   return points;
+}
+
+Samples random_samples(std::size_t count, std::uint32_t seed, int low = -131072,
+                       int high = 196608) {
+  Coordinates next(seed);
+  Samples samples(count);
+  for (auto& s : samples) {
+    for (float& v : s) v = static_cast<float>(next(low, high));
+  }
+  return samples;
+}
+
+/// Samples of a lattice, in packets of 4 × 4 × 4.
+Samples lattice_samples(int spacing) {
+  Samples samples;
+  for (int packet = 0; packet < 27; ++packet) {
+    for (int i = 0; i < 64; ++i) {
+      samples.emplace_back(spacing * (packet / 9 * 4 + i / 16),
+                           spacing * (packet / 3 % 3 * 4 + i / 4 % 4),
+                           spacing * (packet % 3 * 4 + i % 4));
+    }
+  }
+  return samples;
 }
 
 float brute_force(const Points& points, const Eigen::Vector3f& p) {
   float best = std::numeric_limits<float>::infinity();
-  for (const Eigen::Vector3f& q : points) {
-    const float dx = q.x() - p.x(), dy = q.y() - p.y(), dz = q.z() - p.z();
-    best = std::min(best, dx * dx + dy * dy + dz * dz);
+  for (const auto& q : points) {
+    const float dx = q[0] - p.x(), dy = q[1] - p.y(), dz = q[2] - p.z();
+    best = std::min(best, std::fma(dz, dz, std::fma(dy, dy, dx * dx)));
   }
   return best;
 }
 
-void expect_exact(const Points& points, const Points& samples) {
-  const NearestPointIndex index(points);
-  std::vector<float> best(samples.size(), std::numeric_limits<float>::infinity());
-  index.update(samples, best);
-  for (std::size_t i = 0; i < samples.size(); ++i) {
-    EXPECT_EQ(best[i], brute_force(points, samples[i])) << i;
+/// For every instruction set, sample by sample and in packets.
+void expect_exact(const Points& points, const Samples& samples) {
+  std::vector<float> expected;
+  for (const Eigen::Vector3f& s : samples) expected.push_back(brute_force(points, s));
+  for (const InstructionSet set :
+       {InstructionSet::kPortable, InstructionSet::kAvx2, InstructionSet::kAvx512}) {
+    if (!is_supported(set)) continue;
+    const NearestPointIndex index(points, set);
+    for (const SampleOrder order : {SampleOrder::kScattered, SampleOrder::kPackets}) {
+      std::vector<float> best(samples.size(), std::numeric_limits<float>::infinity());
+      index.update(samples, order, best);
+      EXPECT_EQ(best, expected) << name_of(set);
+    }
   }
 }
 
 TEST(NearestPointIndex, EqualsBruteForceForEveryNumberOfPoints) {
   for (const std::size_t count : {1u, 2u, 15u, 16u, 17u, 255u, 257u, 4097u, 20000u}) {
-    expect_exact(random_points(count, static_cast<std::uint32_t>(count), 0, 65536),
-                 random_points(300, 7, -131072, 196608));
+    expect_exact(random_points(count, static_cast<std::uint32_t>(count)), random_samples(300, 7));
   }
 }
 
 TEST(NearestPointIndex, EqualsBruteForceOnAPlane) {
-  Points points = random_points(5000, 3, 0, 65536);
-  for (Eigen::Vector3f& p : points) p.z() = 1234.0f;
-  expect_exact(points, random_points(300, 5, 0, 65536));
+  Points points = random_points(5000, 3);
+  for (auto& p : points) p[2] = 1234;
+  expect_exact(points, random_samples(300, 5, 0, 65536));
+  expect_exact(points, lattice_samples(1024));
+}
+
+TEST(NearestPointIndex, EqualsBruteForceForPacketsOfALattice) {
+  expect_exact(random_points(20000, 17), lattice_samples(1024));
+  expect_exact(random_points(50, 18), lattice_samples(4096));
 }
 
 TEST(NearestPointIndex, SurvivesIdenticalPoints) {
-  expect_exact(Points(1000, Eigen::Vector3f(5, 6, 7)), random_points(50, 9, 0, 65536));
+  expect_exact(Points(1000, {5, 6, 7}), random_samples(50, 9, 0, 65536));
 }
 
-TEST(NearestPointIndex, DoesNotDependOnTheOrderOfPointsOrSamples) {
-  Points points = random_points(3000, 11, 0, 65536);
-  const Points samples = random_points(200, 13, 0, 65536);
-  const auto distances = [&](const Points& of) {
-    std::vector<float> best(samples.size(), std::numeric_limits<float>::infinity());
-    NearestPointIndex(of).update(samples, best);
-    return best;
-  };
-  const std::vector<float> before = distances(points);
+TEST(NearestPointIndex, DoesNotDependOnTheOrderOfPoints) {
+  Points points = random_points(3000, 11);
+  const Samples samples = random_samples(200, 13);
+  expect_exact(points, samples);
   std::reverse(points.begin(), points.end());
-  EXPECT_EQ(distances(points), before);
+  expect_exact(points, samples);
 }
 
 TEST(NearestPointIndex, OnlyLowersWhatIsAlreadyKnown) {
   const NearestPointIndex index(Points{{100, 100, 100}});
-  const Points samples = {{100, 100, 110}, {100, 100, 200}};
-  std::vector<float> best = {50.0f, 1e6f};
-  index.update(samples, best);
-  EXPECT_EQ(best[0], 50.0f);
-  EXPECT_EQ(best[1], 10000.0f);
+  const Samples samples = {{100, 100, 110}, {100, 100, 200}};
+  for (const SampleOrder order : {SampleOrder::kScattered, SampleOrder::kPackets}) {
+    std::vector<float> best = {50.0f, 1e6f};
+    index.update(samples, order, best);
+    EXPECT_EQ(best[0], 50.0f);
+    EXPECT_EQ(best[1], 10000.0f);
+  }
 }
 
 TEST(NearestPointIndex, WithoutPointsChangesNothing) {
   const NearestPointIndex index(Points{});
   std::vector<float> best = {3.0f};
-  index.update(Points{{0, 0, 0}}, best);
+  index.update(Samples{{0, 0, 0}}, SampleOrder::kPackets, best);
   EXPECT_EQ(best[0], 3.0f);
 }
 

@@ -12,42 +12,50 @@
 namespace gdfmap {
 namespace {
 
-using Problem = TensorProblem<double>;
+using Job = OptimizerJob<double>;
 
 /// A plain start: Gaussians on the corners of a lattice, least-squares weights.
-Problem::Parameters lattice_start(Problem& problem, int count) {
-  Problem::Parameters start(kFitParameters, count);
+FitParameters<double> lattice_start(const CubeProblem& problem, int count) {
+  FitParameters<double> start(kFitParameters, count);
   for (int k = 0; k < count; ++k) {
     start.col(k) << 0.0, 0.2 + 0.6 * (k & 1), 0.2 + 0.6 * (k >> 1 & 1), 0.2 + 0.6 * (k >> 2 & 1),
         std::log(0.5), std::log(0.5), std::log(0.5);
   }
-  problem.evaluate(start);
-  start.row(kFitWeight) = problem.solve_weights(1e-6).transpose();
-  return start;
+  TensorBatch<double> batch(count);
+  batch.set_problem(0, problem);
+  batch.set_candidate(0, start);
+  batch.evaluate();
+  batch.solve_weights(1e-6);
+  return batch.candidate(0);
+}
+
+Job minimized(Job job, const OptimizerOptions& options) {
+  TensorBatch<double> batch(static_cast<int>(job.parameters.cols()));
+  minimize_tensor(batch, std::span(&job, 1), options);
+  return job;
 }
 
 TEST(MinimizeTensor, LowersTheCostAndKeepsTheBounds) {
   const test::CubeTargets targets(test::planes_distance(6));
-  Problem problem(targets.targets, 1.0);
-  const auto start = lattice_start(problem, 8);
-  const double before = problem.evaluate(start);
-  const auto result = minimize_tensor(problem, start, {20, 0.0});
+  const CubeProblem problem{targets.targets, 1.0};
+  const FitParameters<double> start = lattice_start(problem, 8);
+  const double before = minimized({problem, start}, {0, 0.0}).cost;
+  const Job result = minimized({problem, start}, {20, 0.0});
   EXPECT_LT(result.cost, 0.5 * before);
-  EXPECT_NEAR(problem.evaluate(result.parameters), result.cost, 1e-12);
+  EXPECT_NEAR(minimized({problem, result.parameters}, {0, 0.0}).cost, result.cost, 1e-12);
   EXPECT_GE(result.parameters.middleRows(kFitMean, 3).minCoeff(), kMinMean);
   EXPECT_LE(result.parameters.middleRows(kFitMean, 3).maxCoeff(), kMaxMean);
-  EXPECT_GE(result.parameters.bottomRows(3).minCoeff(), std::log(kMinSigma));
-  EXPECT_LE(result.parameters.bottomRows(3).maxCoeff(), std::log(kMaxSigma));
+  EXPECT_GE(result.parameters.bottomRows(3).minCoeff(), std::log(0.04) - 1e-12);
+  EXPECT_LE(result.parameters.bottomRows(3).maxCoeff(), std::log(4.0) + 1e-12);
 }
 
 TEST(MinimizeTensor, RecoversASingleGaussian) {
   const test::CubeTargets targets([](const Vector3& p) {
     return 0.7 * std::exp(-0.5 * (p - Vector3(0.4, 0.5, 0.6)).squaredNorm() / 0.09);
   });
-  Problem problem(targets.targets, 1.0);
-  Problem::Parameters start(kFitParameters, 1);
+  FitParameters<double> start(kFitParameters, 1);
   start.col(0) << 0.5, 0.5, 0.4, 0.5, std::log(0.4), std::log(0.3), std::log(0.4);
-  const auto result = minimize_tensor(problem, start, {60, 0.0});
+  const Job result = minimized({{targets.targets, 1.0}, start}, {60, 0.0});
   EXPECT_NEAR(result.parameters(kFitWeight, 0), 0.7, 1e-5);
   EXPECT_NEAR(result.parameters(kFitMean, 0), 0.4, 1e-5);
   EXPECT_NEAR(std::exp(result.parameters(kFitLogSigma, 0)), 0.3, 1e-5);
@@ -55,8 +63,35 @@ TEST(MinimizeTensor, RecoversASingleGaussian) {
 
 TEST(MinimizeTensor, EndsAtTheIterationBudget) {
   const test::CubeTargets targets(test::planes_distance(9));
-  Problem problem(targets.targets, 1.0);
-  EXPECT_EQ(minimize_tensor(problem, lattice_start(problem, 8), {5, 0.0}).num_iterations, 5);
+  const CubeProblem problem{targets.targets, 1.0};
+  EXPECT_EQ(minimized({problem, lattice_start(problem, 8)}, {5, 0.0}).num_iterations, 5);
+}
+
+/// More jobs than lanes, some long, some short.
+TEST(MinimizeTensor, TreatsEveryJobAsIfItWereAlone) {
+  const FlushToZero flush_to_zero;
+  std::vector<test::CubeTargets> targets;
+  for (unsigned seed = 0; seed < 37; ++seed) targets.emplace_back(test::planes_distance(seed));
+  std::vector<OptimizerJob<float>> jobs;
+  for (const test::CubeTargets& t : targets) {
+    const CubeProblem problem{t.targets, 1.0};
+    jobs.push_back({problem, lattice_start(problem, 4).cast<float>()});
+  }
+  std::vector<OptimizerJob<float>> alone = jobs;
+  const OptimizerOptions options{20, 1e-2};
+  TensorBatch<float> batch(4);
+  minimize_tensor(batch, std::span(jobs), options);
+  for (std::size_t i = 0; i < jobs.size(); ++i) {
+    minimize_tensor(batch, std::span(alone).subspan(i, 1), options);
+    EXPECT_EQ(jobs[i].parameters, alone[i].parameters) << i;
+    EXPECT_EQ(jobs[i].cost, alone[i].cost);
+    EXPECT_EQ(jobs[i].num_iterations, alone[i].num_iterations);
+  }
+}
+
+TEST(MinimizeTensor, WithoutJobsDoesNothing) {
+  TensorBatch<float> batch(4);
+  minimize_tensor<float>(batch, {}, {});
 }
 
 /// Both from the same start to convergence, on 200 cubes. The start is what a short fit of ours
@@ -66,11 +101,12 @@ TEST(MinimizeTensor, ConvergesAsWellAsCeres) {
   std::vector<double> ratios;
   for (unsigned seed = 0; seed < 200; ++seed) {
     const test::CubeTargets targets(test::planes_distance(seed));
-    Problem problem(targets.targets, 1.0);
-    const auto start = minimize_tensor(problem, lattice_start(problem, 4), {20, 0.0}).parameters;
+    const CubeProblem problem{targets.targets, 1.0};
+    const Job start = minimized({problem, lattice_start(problem, 4)}, {20, 0.0});
     const OptimizerOptions to_convergence{300, 1e-7};
-    const double theirs = minimize_ceres(problem, start, to_convergence).cost;
-    ratios.push_back(minimize_tensor(problem, start, to_convergence).cost / theirs);
+    Job theirs = start;
+    minimize_ceres(theirs, to_convergence);
+    ratios.push_back(minimized(start, to_convergence).cost / theirs.cost);
   }
   std::sort(ratios.begin(), ratios.end());
   RecordProperty("median", std::to_string(ratios[100]));

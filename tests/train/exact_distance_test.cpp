@@ -33,7 +33,7 @@ class ExactDistanceTest : public testing::Test {
 
   void expect_exact(const LatticePoint& origin, const std::vector<Eigen::Vector3i>& samples) {
     ExactDistance exact(map_->points(), tiles_, std::size_t{1} << 20);
-    const std::vector<double> distances = exact.nearest(origin, samples, 2);
+    const std::vector<double> distances = exact.nearest(origin, samples, SampleOrder::kScattered);
     ASSERT_EQ(distances.size(), samples.size());
     for (std::size_t i = 0; i < samples.size(); ++i) {
       const double expected = brute_force(
@@ -73,7 +73,8 @@ TEST_F(ExactDistanceTest, WithoutPointsIsInfinite) {
   Map map = Map::create(directory / "empty.gdfmap");
   ExactDistance exact(map.points(), {}, 0);
   const std::vector<Eigen::Vector3i> samples = {{1, 2, 3}};
-  EXPECT_EQ(exact.nearest({0, 0, 0}, samples, 1)[0], std::numeric_limits<double>::infinity());
+  EXPECT_EQ(exact.nearest({0, 0, 0}, samples, SampleOrder::kScattered)[0],
+            std::numeric_limits<double>::infinity());
 }
 
 TEST_F(ExactDistanceTest, DoesNotDependOnTheCache) {
@@ -82,7 +83,8 @@ TEST_F(ExactDistanceTest, DoesNotDependOnTheCache) {
   for (int i = 0; i < 500; ++i) samples.emplace_back(i * 131, -i * 57, i * 211);
   ExactDistance small(map_->points(), tiles_, 0), large(map_->points(), tiles_, 1 << 30);
   for (int round = 0; round < 2; ++round) {
-    EXPECT_EQ(small.nearest({0, 0, 0}, samples, 1), large.nearest({0, 0, 0}, samples, 2));
+    EXPECT_EQ(small.nearest({0, 0, 0}, samples, SampleOrder::kScattered),
+              large.nearest({0, 0, 0}, samples, SampleOrder::kPackets));
   }
 }
 

@@ -64,7 +64,8 @@ TEST_F(TrainTest, SelectsCubesByTheExactDistanceOfTheirCentre) {
         const CubeKey cube{0, x, y, z};
         const std::vector<Eigen::Vector3i> centre = {
             {x * 8192 + 4096, y * 8192 + 4096, z * 8192 + 4096}};
-        const double distance = exact.nearest({0, 0, 0}, centre, 1)[0] * map.lattice().step();
+        const double distance =
+            exact.nearest({0, 0, 0}, centre, SampleOrder::kScattered)[0] * map.lattice().step();
         const auto tile = map.cubes().read(tile_of(cube));
         const int index = cube_index_in_tile(cube);
         const bool stored = tile && std::any_of(tile->cubes.begin(), tile->cubes.end(),

@@ -1,7 +1,9 @@
 #pragma once
 
 #include <span>
+#include <vector>
 
+#include <gdfmap/core/instruction_set.hpp>
 #include <gdfmap/edt/sample_lattice.hpp>
 #include <gdfmap/field/cube_errors.hpp>
 #include <gdfmap/field/gaussians.hpp>
@@ -26,9 +28,14 @@ struct CubeFit {
   int num_iterations = 0;  ///< over all rungs
 };
 
-/// Fits one cube: pursuit finds where Gaussians are missing, the solver moves all of them, the
-/// weights are solved for once more after rounding; again with more Gaussians until the held-out
-/// error meets the threshold. A pure function of its arguments; thread-safe.
-[[nodiscard]] CubeFit fit_cube(const CubeSamples& samples, const FitConfig& config);
+/// Fits cubes: pursuit finds where Gaussians are missing, the solver moves all of them, the weights
+/// are solved for once more after rounding; again with more Gaussians for those whose held-out
+/// error does not meet the threshold yet. A cube's fit depends on its samples and the configuration
+/// alone, not on the others nor on the instruction set; many at a time make good use of a vector
+/// register. All cubes are of one level. Thread-safe.
+/// @param set  a supported one
+[[nodiscard]] std::vector<CubeFit> fit_cubes(std::span<const CubeSamples> cubes,
+                                             const FitConfig& config,
+                                             InstructionSet set = best_instruction_set());
 
 }  // namespace gdfmap

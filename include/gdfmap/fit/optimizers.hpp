@@ -1,6 +1,10 @@
 #pragma once
 
-#include <gdfmap/fit/tensor_problem.hpp>
+#include <span>
+#include <vector>
+
+#include <gdfmap/fit/cube_problem.hpp>
+#include <gdfmap/fit/tensor_batch.hpp>
 
 namespace gdfmap {
 
@@ -10,37 +14,38 @@ struct OptimizerOptions {
       1e-4;  ///< ends when an accepted step lowers the cost by a smaller share
 };
 
+/// One problem and where to start; the result replaces the start.
 template <typename Scalar>
-struct OptimizerResult {
-  typename TensorProblem<Scalar>::Parameters parameters;
-  double cost = 0.0;
+struct OptimizerJob {
+  CubeProblem problem;
+  FitParameters<Scalar> parameters;
+  double cost = 0.0;  ///< at the result
   int num_iterations = 0;
 };
 
-/// Levenberg–Marquardt with a gain-ratio update of the damping and clamped, projected steps.
-/// A pure function of its arguments.
+/// Levenberg–Marquardt with a gain-ratio update of the damping and clamped, projected steps, for
+/// jobs with equal numbers of Gaussians: one job a lane, and the next job takes a lane that is
+/// done. A job's result depends on that job alone.
+/// @param batch  working memory, overwritten, large enough for the jobs
 template <typename Scalar>
-[[nodiscard]] OptimizerResult<Scalar> minimize_tensor(
-    TensorProblem<Scalar>& problem, const typename TensorProblem<Scalar>::Parameters& start,
-    const OptimizerOptions& options);
+void minimize_tensor(TensorBatch<Scalar>& batch, std::span<OptimizerJob<Scalar>> jobs,
+                     const OptimizerOptions& options);
 
-extern template OptimizerResult<float> minimize_tensor<float>(
-    TensorProblem<float>&, const TensorProblem<float>::Parameters&, const OptimizerOptions&);
-extern template OptimizerResult<double> minimize_tensor<double>(
-    TensorProblem<double>&, const TensorProblem<double>::Parameters&, const OptimizerOptions&);
+extern template void minimize_tensor<float>(TensorBatch<float>&, std::span<OptimizerJob<float>>,
+                                            const OptimizerOptions&);
+extern template void minimize_tensor<double>(TensorBatch<double>&, std::span<OptimizerJob<double>>,
+                                             const OptimizerOptions&);
 
 /// The same problem solved by Ceres, with its own dense Jacobian and the same bounds.
-[[nodiscard]] OptimizerResult<double> minimize_ceres(const TensorProblem<double>& problem,
-                                                     const TensorProblem<double>::Parameters& start,
-                                                     const OptimizerOptions& options);
+void minimize_ceres(OptimizerJob<double>& job, const OptimizerOptions& options);
 
 /// Ceres' residuals √ω (model − target), x slowest, and their Jacobian (row-major, kNumSamples × 7
-/// K) at given parameters: what the normal equations of TensorProblem are checked against.
+/// K) at given parameters: what the normal equations of TensorBatch are checked against.
 struct DenseEvaluation {
   Eigen::VectorXd residuals;
   Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor> jacobian;
 };
-[[nodiscard]] DenseEvaluation evaluate_with_ceres(
-    const TensorProblem<double>& problem, const TensorProblem<double>::Parameters& parameters);
+[[nodiscard]] DenseEvaluation evaluate_with_ceres(const CubeProblem& problem,
+                                                  const FitParameters<double>& parameters);
 
 }  // namespace gdfmap

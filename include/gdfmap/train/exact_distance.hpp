@@ -8,29 +8,33 @@
 #include <Eigen/Core>
 
 #include <gdfmap/core/lattice.hpp>
+#include <gdfmap/edt/nearest_point_index.hpp>
 #include <gdfmap/tiling/point_store.hpp>
 
 namespace gdfmap {
 
 /// Exact distances to the nearest published point of a store, out of core: points are indexed in
-/// units of at most a million (a tile, or an octant of an over-full one), of which a byte-bounded
-/// number is kept, and a unit is visited only for samples that may lie nearer to its box than to
-/// any point seen so far. Not thread-safe; a call runs on several threads.
+/// units of at most a quarter million (a tile, or an octant of an over-full one), of which a
+/// byte-bounded number is kept, and a unit is visited only for samples that may lie nearer to its
+/// box than to any point seen so far. Thread-safe, while nobody else uses the store.
 class ExactDistance {
  public:
   /// @param tiles        every tile of the store that counts, in key order; outlives this object
-  /// @param index_bytes  for the indices kept; one is always kept
+  /// @param index_bytes  for the indices kept; those in use are kept in any case
   ExactDistance(PointStore& store, std::span<const TilePoints> tiles, std::size_t index_bytes);
   ~ExactDistance();
 
-  /// @param origin       what samples are relative to
-  /// @param samples      quantisation steps, within ±2²³ of the origin; neighbours stand near each
-  /// other
-  /// @param num_threads  threads of this call
+  /// @param origin   what samples are relative to
+  /// @param samples  quantisation steps, within ±2²³ of the origin; the nearer they stand to each
+  ///                 other, the fewer units are looked at
   /// @returns for each sample the distance in steps; infinity when the store has no points
   [[nodiscard]] std::vector<double> nearest(const LatticePoint& origin,
                                             std::span<const Eigen::Vector3i> samples,
-                                            int num_threads);
+                                            SampleOrder order);
+
+  /// Indexes what samples in these tiles will ask for, on several threads, as far as the bytes
+  /// allow.
+  void prefetch(std::span<const TileKey> keys, int num_threads);
 
  private:
   struct Impl;

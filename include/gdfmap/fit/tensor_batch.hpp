@@ -1,0 +1,96 @@
+#pragma once
+
+#include <cstddef>
+#include <memory>
+#include <span>
+#include <type_traits>
+#include <vector>
+
+#include <gdfmap/core/instruction_set.hpp>
+#include <gdfmap/fit/cube_problem.hpp>
+
+namespace gdfmap {
+
+template <typename Scalar>
+struct FitArrays;
+template <typename Scalar>
+struct FitKernels;
+template <typename Scalar>
+struct PursuitDictionary;
+
+/// As many cube problems as a vector register has lanes, solved side by side, one a lane, without
+/// ever forming a Jacobian: on a regular grid every Gaussian and every derivative of one is a
+/// product of three vectors, so the normal matrix is an elementwise product of three small Gram
+/// matrices and the gradient a tensor contraction. A lane's numbers depend on its problem alone and
+/// are the same for every instruction set.
+///
+/// `Scalar` is float, or double for the reference of one lane. All problems of a batch have the
+/// same number of Gaussians. Not thread-safe; the float batches want FlushToZero around them.
+template <typename Scalar>
+class TensorBatch {
+ public:
+  using Parameters = FitParameters<Scalar>;
+
+  /// @param max_gaussians  that resize() may ask for; so many until it does
+  /// @param set            a supported one; without effect on the reference
+  explicit TensorBatch(int max_gaussians, InstructionSet set = best_instruction_set());
+  ~TensorBatch();
+  TensorBatch(TensorBatch&&) noexcept;
+
+  [[nodiscard]] int num_lanes() const;
+  [[nodiscard]] int num_gaussians() const;
+  /// Sets the number of Gaussians; the candidates keep the first ones that they have, and nothing
+  /// else keeps its meaning but the problems and the weighted residuals.
+  void resize(int num_gaussians);
+
+  void set_problem(int lane, const CubeProblem& problem);
+  /// Where evaluate() goes next. Fewer columns than Gaussians: the rest has no weight.
+  void set_candidate(int lane, const Parameters& parameters);
+  [[nodiscard]] Parameters candidate(int lane) const;
+
+  /// Moves all lanes to their candidates.
+  void evaluate();
+  /// ½ Σ ω r² where a lane was evaluated last.
+  [[nodiscard]] double cost(int lane) const;
+
+  /// Takes candidate, normal matrix and gradient of the accepted lanes as where they stand; the
+  /// other lanes keep theirs. Wants evaluate() before.
+  void accept(const std::vector<bool>& lanes);
+  /// Where a lane stands.
+  [[nodiscard]] Parameters parameters(int lane) const;
+  /// Sets the candidates to the damped, clamped, projected steps from where the lanes stand:
+  /// (JᵀJ + λ diag(JᵀJ) + ridge) δ = −Jᵀr.
+  void step(std::span<const double> damping);
+  /// By how much the quadratic model expects the cost to fall on that step.
+  [[nodiscard]] double predicted_decrease(int lane) const;
+
+  /// Moves the candidates' weights to the least-squares ones for their shapes; `ridge` times the
+  /// mean diagonal is added to the Gram matrix. Wants evaluate() before and leaves cost and
+  /// residuals as they were.
+  void solve_weights(double ridge);
+  /// Sets Gaussians [first, first + count) of the candidates to what the residuals ask for most:
+  /// tensor products of a small dictionary, found by matching pursuit, with weight 0. Wants
+  /// evaluate() before.
+  void pursue(int first, int count);
+
+  /// Absolute errors of a lane's candidate at held-out samples, in edges, x slowest.
+  /// @param positions  of the samples along an axis, in edges
+  void set_held_out(int lane, std::span<const float, kNumHeldOut> targets, double scale);
+  void compute_held_out_errors(std::span<const double, kHeldOutPerAxis> positions);
+  [[nodiscard]] double held_out_error(int lane, int sample) const;
+
+  /// JᵀJ (both triangles) and Jᵀr where a lane stands, in the order of the parameters' storage.
+  using Matrix = Eigen::Matrix<Scalar, Eigen::Dynamic, Eigen::Dynamic>;
+  using Vector = Eigen::Matrix<Scalar, Eigen::Dynamic, 1>;
+  [[nodiscard]] Matrix normal_matrix(int lane) const;
+  [[nodiscard]] Vector gradient(int lane) const;
+
+ private:
+  struct Impl;
+  std::unique_ptr<Impl> impl_;
+};
+
+extern template class TensorBatch<float>;
+extern template class TensorBatch<double>;
+
+}  // namespace gdfmap

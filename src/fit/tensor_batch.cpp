@@ -1,0 +1,284 @@
+#include <algorithm>
+#include <cmath>
+#include <cstdlib>
+#include <limits>
+#include <new>
+#include <string>
+#include <utility>
+
+#include <gdfmap/core/error.hpp>
+#include <gdfmap/field/blending.hpp>
+#include <gdfmap/fit/tensor_batch.hpp>
+
+#include "kernels.hpp"
+#include "pursuit_dictionary.hpp"
+
+namespace gdfmap {
+namespace {
+
+constexpr double kLeastMarginWeight = 0.15;
+constexpr std::size_t kAlignment = 64;
+
+template <typename Scalar>
+const FitKernels<Scalar>& kernels_of(InstructionSet set) {
+  if constexpr (std::is_same_v<Scalar, float>) {
+    return fit_kernels(set);
+  } else {
+    return reference_fit_kernels();
+  }
+}
+
+/// Row and column to the place of their entry among the lane vectors.
+std::size_t matrix_place(Eigen::Index row, Eigen::Index column) {
+  const auto r = static_cast<std::size_t>(std::max(row, column));
+  const auto c = static_cast<std::size_t>(std::min(row, column));
+  constexpr std::size_t t = kMatrixTile;
+  const std::size_t i = r / t, j = c / t;
+  return ((i * (i + 1) / 2 + j) * t + r % t) * t + c % t;
+}
+
+struct Free {
+  void operator()(void* p) const { std::free(p); }
+};
+
+}  // namespace
+
+const std::array<double, kSamplesPerAxis>& axis_weights() {
+  static const auto weights = [] {
+    std::array<double, kSamplesPerAxis> result;
+    for (int i = 0; i < kSamplesPerAxis; ++i) {
+      const double x = sample_position(i);
+      const double outside = std::max({-x, x - 1.0, 0.0});
+      const double share = smoothstep((kMarginRatio - outside) / (2.0 * kMarginRatio));
+      result[static_cast<std::size_t>(i)] =
+          outside > 0.0 ? std::max(share, kLeastMarginWeight) : 1.0;
+    }
+    return result;
+  }();
+  return weights;
+}
+
+template <typename Scalar>
+struct TensorBatch<Scalar>::Impl {
+  const FitKernels<Scalar>& kernels;
+  int max_gaussians;
+  FitArrays<Scalar> arrays;
+  std::unique_ptr<Scalar, Free> memory;
+  std::array<Scalar, kSamplesPerAxis> sample_positions, sample_weights;
+  std::array<Scalar, kHeldOutPerAxis> held_out_positions{};
+
+  Impl(int count, InstructionSet set) : kernels(kernels_of<Scalar>(set)), max_gaussians(count) {
+    arrays.num_gaussians = max_gaussians;
+    allocate();
+    for (std::size_t i = 0; i < kSamplesPerAxis; ++i) {
+      sample_positions[i] = static_cast<Scalar>(sample_position(static_cast<int>(i)));
+      sample_weights[i] = static_cast<Scalar>(axis_weights()[i]);
+    }
+    arrays.sample_position = sample_positions.data();
+    arrays.sample_weight = sample_weights.data();
+    arrays.held_out_position = held_out_positions.data();
+  }
+
+  [[nodiscard]] std::size_t lanes() const { return static_cast<std::size_t>(kernels.num_lanes); }
+
+  /// One zeroed piece of memory for all arrays: an idle lane holds harmless numbers.
+  void allocate() {
+    const int rows = kFitParameters * max_gaussians;
+    constexpr int kAtoms = PursuitDictionary<Scalar>::kMaxAtoms;
+    const std::pair<Scalar**, int> sizes[] = {{&arrays.target, kNumSamples},
+                                              {&arrays.held_out, kNumHeldOut},
+                                              {&arrays.parameters, rows},
+                                              {&arrays.candidate, rows},
+                                              {&arrays.basis, 9 * max_gaussians * kSamplesPerAxis},
+                                              {&arrays.weighted_residual, kNumSamples},
+                                              {&arrays.normal_matrix, matrix_size(rows)},
+                                              {&arrays.gradient, rows},
+                                              {&arrays.factor, matrix_size(rows)},
+                                              {&arrays.vector, rows},
+                                              {&arrays.correlation, kAtoms * kAtoms * kAtoms},
+                                              {&arrays.cost, 1},
+                                              {&arrays.damping, 1},
+                                              {&arrays.predicted, 1},
+                                              {&arrays.accepted, 1}};
+    const auto rounded = [&](int size) {
+      const std::size_t bytes = static_cast<std::size_t>(size) * lanes() * sizeof(Scalar);
+      return (bytes + kAlignment - 1) / kAlignment * kAlignment / sizeof(Scalar);
+    };
+    std::size_t total = 0;
+    for (const auto& [array, size] : sizes) total += rounded(size);
+    memory.reset(static_cast<Scalar*>(std::aligned_alloc(kAlignment, total * sizeof(Scalar))));
+    if (!memory) throw std::bad_alloc();
+    std::fill_n(memory.get(), total, Scalar(0));
+    Scalar* next = memory.get();
+    for (const auto& [array, size] : sizes) {
+      *array = next;
+      next += rounded(size);
+    }
+  }
+
+  [[nodiscard]] Scalar& at(Scalar* array, std::size_t i, int lane) const {
+    return array[i * lanes() + static_cast<std::size_t>(lane)];
+  }
+
+  [[nodiscard]] Parameters column(Scalar* array, int lane) const {
+    Parameters result(kFitParameters, arrays.num_gaussians);
+    for (Eigen::Index i = 0; i < result.size(); ++i) {
+      result.data()[i] = at(array, static_cast<std::size_t>(i), lane);
+    }
+    return result;
+  }
+};
+
+template <typename Scalar>
+TensorBatch<Scalar>::TensorBatch(int max_gaussians, InstructionSet set)
+    : impl_(std::make_unique<Impl>(max_gaussians, set)) {}
+template <typename Scalar>
+TensorBatch<Scalar>::~TensorBatch() = default;
+template <typename Scalar>
+TensorBatch<Scalar>::TensorBatch(TensorBatch&&) noexcept = default;
+
+template <typename Scalar>
+int TensorBatch<Scalar>::num_lanes() const {
+  return impl_->kernels.num_lanes;
+}
+
+template <typename Scalar>
+int TensorBatch<Scalar>::num_gaussians() const {
+  return impl_->arrays.num_gaussians;
+}
+
+template <typename Scalar>
+void TensorBatch<Scalar>::resize(int num_gaussians) {
+  if (num_gaussians > impl_->max_gaussians) {
+    throw Error(ErrorCode::kInternal, "a batch for " + std::to_string(impl_->max_gaussians) +
+                                          " Gaussians was asked for " +
+                                          std::to_string(num_gaussians));
+  }
+  impl_->arrays.num_gaussians = num_gaussians;
+}
+
+template <typename Scalar>
+void TensorBatch<Scalar>::set_problem(int lane, const CubeProblem& problem) {
+  for (std::size_t i = 0; i < kNumSamples; ++i) {
+    impl_->at(impl_->arrays.target, i, lane) =
+        static_cast<Scalar>(problem.scale * static_cast<double>(problem.targets[i]));
+  }
+}
+
+template <typename Scalar>
+void TensorBatch<Scalar>::set_candidate(int lane, const Parameters& parameters) {
+  const auto size = static_cast<std::size_t>(kFitParameters * num_gaussians());
+  const auto given = static_cast<std::size_t>(parameters.size());
+  for (std::size_t i = 0; i < size; ++i) {
+    impl_->at(impl_->arrays.candidate, i, lane) = i < given ? parameters.data()[i] : Scalar(0);
+  }
+}
+
+template <typename Scalar>
+typename TensorBatch<Scalar>::Parameters TensorBatch<Scalar>::candidate(int lane) const {
+  return impl_->column(impl_->arrays.candidate, lane);
+}
+
+template <typename Scalar>
+typename TensorBatch<Scalar>::Parameters TensorBatch<Scalar>::parameters(int lane) const {
+  return impl_->column(impl_->arrays.parameters, lane);
+}
+
+template <typename Scalar>
+void TensorBatch<Scalar>::evaluate() {
+  impl_->kernels.evaluate(impl_->arrays);
+}
+
+template <typename Scalar>
+double TensorBatch<Scalar>::cost(int lane) const {
+  return static_cast<double>(impl_->at(impl_->arrays.cost, 0, lane));
+}
+
+template <typename Scalar>
+void TensorBatch<Scalar>::accept(const std::vector<bool>& lanes) {
+  const FitArrays<Scalar>& arrays = impl_->arrays;
+  const auto size = static_cast<std::size_t>(kFitParameters * num_gaussians());
+  for (int lane = 0; lane < num_lanes(); ++lane) {
+    const bool accepted = lanes[static_cast<std::size_t>(lane)];
+    impl_->at(arrays.accepted, 0, lane) = accepted ? Scalar(1) : Scalar(0);
+    if (!accepted) continue;
+    for (std::size_t i = 0; i < size; ++i) {
+      impl_->at(arrays.parameters, i, lane) = impl_->at(arrays.candidate, i, lane);
+    }
+  }
+  impl_->kernels.normal_equations(arrays);
+}
+
+template <typename Scalar>
+void TensorBatch<Scalar>::step(std::span<const double> damping) {
+  for (int lane = 0; lane < num_lanes(); ++lane) {
+    impl_->at(impl_->arrays.damping, 0, lane) =
+        static_cast<Scalar>(damping[static_cast<std::size_t>(lane)]);
+  }
+  impl_->kernels.step(impl_->arrays);
+}
+
+template <typename Scalar>
+double TensorBatch<Scalar>::predicted_decrease(int lane) const {
+  return static_cast<double>(impl_->at(impl_->arrays.predicted, 0, lane));
+}
+
+template <typename Scalar>
+void TensorBatch<Scalar>::solve_weights(double ridge) {
+  impl_->kernels.solve_weights(impl_->arrays, static_cast<Scalar>(ridge));
+}
+
+template <typename Scalar>
+void TensorBatch<Scalar>::pursue(int first, int count) {
+  impl_->kernels.pursue(impl_->arrays, pursuit_dictionary<Scalar>(), first, count);
+}
+
+template <typename Scalar>
+void TensorBatch<Scalar>::set_held_out(int lane, std::span<const float, kNumHeldOut> targets,
+                                       double scale) {
+  for (std::size_t i = 0; i < kNumHeldOut; ++i) {
+    impl_->at(impl_->arrays.held_out, i, lane) =
+        static_cast<Scalar>(scale * static_cast<double>(targets[i]));
+  }
+}
+
+template <typename Scalar>
+void TensorBatch<Scalar>::compute_held_out_errors(
+    std::span<const double, kHeldOutPerAxis> positions) {
+  for (std::size_t i = 0; i < kHeldOutPerAxis; ++i) {
+    impl_->held_out_positions[i] = static_cast<Scalar>(positions[i]);
+  }
+  impl_->kernels.held_out_errors(impl_->arrays);
+}
+
+template <typename Scalar>
+double TensorBatch<Scalar>::held_out_error(int lane, int sample) const {
+  return static_cast<double>(
+      impl_->at(impl_->arrays.held_out, static_cast<std::size_t>(sample), lane));
+}
+
+template <typename Scalar>
+typename TensorBatch<Scalar>::Matrix TensorBatch<Scalar>::normal_matrix(int lane) const {
+  const Eigen::Index rows = kFitParameters * num_gaussians();
+  Matrix result(rows, rows);
+  for (Eigen::Index r = 0; r < rows; ++r) {
+    for (Eigen::Index c = 0; c < rows; ++c) {
+      result(r, c) = impl_->at(impl_->arrays.normal_matrix, matrix_place(r, c), lane);
+    }
+  }
+  return result;
+}
+
+template <typename Scalar>
+typename TensorBatch<Scalar>::Vector TensorBatch<Scalar>::gradient(int lane) const {
+  Vector result(kFitParameters * num_gaussians());
+  for (Eigen::Index i = 0; i < result.size(); ++i) {
+    result[i] = impl_->at(impl_->arrays.gradient, static_cast<std::size_t>(i), lane);
+  }
+  return result;
+}
+
+template class TensorBatch<float>;
+template class TensorBatch<double>;
+
+}  // namespace gdfmap
