@@ -39,7 +39,8 @@ nlohmann::ordered_json errors_json(const ErrorStatistics& e) {
           {"gradient_norm_std", e.gradient_norm_std},
           {"gradient_angle_mean_deg", e.gradient_angle_mean_deg},
           {"off_axis_norm_mean", e.off_axis_norm_mean},
-          {"off_axis_norm_std", e.off_axis_norm_std}};
+          {"off_axis_norm_std", e.off_axis_norm_std},
+          {"off_axis_angle_mean_deg", e.off_axis_angle_mean_deg}};
 }
 
 nlohmann::ordered_json bands_json(const std::vector<BandStatistics>& bands) {

@@ -24,12 +24,14 @@ constexpr Help kHelp = {
     "Interrupted at any moment, run it again: the result is the same. The first run stores the "
     "configuration of the fit, later ones use it.",
     "  gdfmap train city.gdfmap\n"
+    "  gdfmap train city.gdfmap --preset best\n"
     "  gdfmap train city.gdfmap --config fine.yaml --retrain"};
 
 struct Options {
   CommonOptions common;
   std::string map;
   std::string config;
+  std::string preset;
   bool retrain = false;
 };
 
@@ -38,8 +40,10 @@ TrainOptions train_options(const Options& options, const Map& map, Session& sess
                            RunContext& context) {
   TrainOptions result;
   result.retrain = options.retrain;
-  if (options.config.empty()) return result;
-  const Configuration configuration = load_configuration(options.config);
+  if (options.config.empty() && options.preset.empty()) return result;
+  Configuration configuration;
+  if (!options.config.empty()) configuration = load_configuration(options.config);
+  if (!options.preset.empty()) configuration.preset = find_preset(options.preset);
   for (const std::string& notice : configuration.notices) session.context().warn(notice);
   const double cube_size = map.geometry().cube_size;
   if (configuration.cube_size && *configuration.cube_size != cube_size) {
@@ -78,6 +82,12 @@ Command add_train(CLI::App& program) {
                   "YAML file with the configuration of the fit (keys of config/default.yaml); it "
                   "must be the stored one unless --retrain is given")
       ->option_text("FILE");
+  app->add_option(
+         "--preset", options->preset,
+         "What the keys that the configuration leaves out are: fast, balanced (default) or "
+         "best; it must be the stored one unless --retrain is given")
+      ->option_text("NAME")
+      ->check(CLI::IsMember({"fast", "balanced", "best"}));
   app->add_flag("--retrain", options->retrain,
                 "Store the configuration given, or the defaults, and fit the whole map with it");
   add_common_options(*app, options->common, kThreads | kMemory | kProgress | kJson);

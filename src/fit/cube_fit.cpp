@@ -4,6 +4,7 @@
 #include <utility>
 
 #include <gdfmap/core/flush_to_zero.hpp>
+#include <gdfmap/field/quantization.hpp>
 #include <gdfmap/fit/cube_fit.hpp>
 #include <gdfmap/fit/optimizers.hpp>
 #include <gdfmap/fit/tensor_batch.hpp>
@@ -27,21 +28,33 @@ struct Climber {
 };
 using Climbers = std::vector<Climber*>;
 
+/// A mean and a standard deviation, in edges, as the codec keeps them.
+struct StoredShape {
+  double mean, sigma;
+};
+StoredShape rounded(double mean, double sigma, double edge, CubeCodec codec) {
+  if (codec == CubeCodec::kQuantized) {
+    return {mean_of_code(mean_code(mean)), sigma_of_code(sigma_code(sigma))};
+  }
+  const double root_sigma = stored_root_sigma(sigma, edge);
+  return {stored_mean(mean, edge) / edge, root_sigma * root_sigma / edge};
+}
+
 /// Rounds shapes to the stored precision, in the stored form and in the problem's.
-Gaussians round_shapes(FitParameters<float>& parameters, double edge) {
+Gaussians round_shapes(FitParameters<float>& parameters, double edge, CubeCodec codec) {
   Gaussians gaussians(static_cast<std::size_t>(parameters.cols()));
   for (std::size_t k = 0; k < gaussians.size(); ++k) {
     const auto column = static_cast<Eigen::Index>(k);
     for (std::size_t a = 0; a < 3; ++a) {
       const auto axis = static_cast<Eigen::Index>(a);
       float& mean = parameters(kFitMean + axis, column);
-      gaussians.at(kMeanX + a, k) = static_cast<float>(static_cast<double>(mean) * edge);
-      mean = static_cast<float>(static_cast<double>(gaussians.at(kMeanX + a, k)) / edge);
       float& log_sigma = parameters(kFitLogSigma + axis, column);
-      const auto root_sigma =
-          static_cast<float>(std::sqrt(std::exp(static_cast<double>(log_sigma)) * edge));
-      gaussians.at(kRootSigmaX + a, k) = root_sigma;
-      log_sigma = static_cast<float>(std::log(static_cast<double>(root_sigma) * root_sigma / edge));
+      const StoredShape shape =
+          rounded(static_cast<double>(mean), std::exp(static_cast<double>(log_sigma)), edge, codec);
+      gaussians.at(kMeanX + a, k) = stored_mean(shape.mean, edge);
+      gaussians.at(kRootSigmaX + a, k) = stored_root_sigma(shape.sigma, edge);
+      mean = static_cast<float>(shape.mean);
+      log_sigma = static_cast<float>(std::log(shape.sigma));
     }
   }
   return gaussians;
@@ -152,31 +165,46 @@ class Ladder {
   /// Rounds to the stored precision, measures the errors and keeps what is better than before.
   void settle(std::span<Climber* const> group, int count) {
     batch_.resize(count);
-    std::vector<Gaussians> rounded;
-    for (Climber* c : group) rounded.push_back(round_shapes(c->parameters, c->samples->edge));
+    std::vector<Gaussians> stored;
+    for (Climber* c : group) {
+      stored.push_back(round_shapes(c->parameters, c->samples->edge, config_.codec));
+    }
     load(group);
     batch_.evaluate();
     batch_.solve_weights(kRoundingRidge);
     for (std::size_t i = 0; i < group.size(); ++i) {
-      batch_.set_held_out(static_cast<int>(i), group[i]->samples->held_out,
-                          1.0 / group[i]->samples->edge);
+      const auto lane = static_cast<int>(i);
+      round_weights(*group[i], lane, stored[i]);
+      batch_.set_held_out(lane, group[i]->samples->held_out, 1.0 / group[i]->samples->edge);
     }
     batch_.compute_held_out_errors(held_out_positions_);
     for (std::size_t i = 0; i < group.size(); ++i) {
-      settle(*group[i], static_cast<int>(i), std::move(rounded[i]));
+      keep_if_better(*group[i], static_cast<int>(i), std::move(stored[i]));
     }
   }
 
-  void settle(Climber& climber, int lane, Gaussians gaussians) {
+  /// Takes the weights of a lane over, rounded.
+  void round_weights(Climber& climber, int lane, Gaussians& gaussians) {
     const double edge = climber.samples->edge;
-    const FitParameters<float> candidate = batch_.candidate(lane);
+    FitParameters<float> solved = batch_.candidate(lane);
     for (std::size_t k = 0; k < gaussians.size(); ++k) {
-      gaussians.at(kWeight, k) = static_cast<float>(
-          static_cast<double>(candidate(kFitWeight, static_cast<Eigen::Index>(k))) * edge);
+      const float weight = solved(kFitWeight, static_cast<Eigen::Index>(k));
+      gaussians.at(kWeight, k) = static_cast<float>(static_cast<double>(weight) * edge);
     }
+    if (config_.codec != CubeCodec::kQuantized) return;
+    quantize_weights(gaussians);
+    for (std::size_t k = 0; k < gaussians.size(); ++k) {
+      solved(kFitWeight, static_cast<Eigen::Index>(k)) =
+          static_cast<float>(static_cast<double>(gaussians.at(kWeight, k)) / edge);
+    }
+    batch_.set_candidate(lane, solved);
+  }
+
+  void keep_if_better(Climber& climber, int lane, Gaussians gaussians) const {
     std::array<double, kNumHeldOut> held_out;
     for (int i = 0; i < kNumHeldOut; ++i) {
-      held_out[static_cast<std::size_t>(i)] = edge * batch_.held_out_error(lane, i);
+      held_out[static_cast<std::size_t>(i)] =
+          climber.samples->edge * batch_.held_out_error(lane, i);
     }
     const CubeErrors errors = summary(held_out);
     CubeFit& best = climber.best;

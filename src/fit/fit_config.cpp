@@ -28,6 +28,10 @@ void write(Solver value, std::string& text) {
   text += value == Solver::kCeres ? "ceres" : "tensor";
 }
 
+void write(CubeCodec value, std::string& text) {
+  text += value == CubeCodec::kQuantized ? "quantized" : "float32";
+}
+
 template <typename Number>
 bool read(std::string_view text, Number& value) {
   const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
@@ -49,6 +53,11 @@ bool read(std::string_view text, Solver& value) {
   return text == "ceres" || text == "tensor";
 }
 
+bool read(std::string_view text, CubeCodec& value) {
+  value = text == "quantized" ? CubeCodec::kQuantized : CubeCodec::kFloat32;
+  return text == "quantized" || text == "float32";
+}
+
 /// Calls visit(key, member) for every member, in the order of the canonical text.
 template <typename Config, typename Visit>
 void for_each_member(Config& config, const Visit& visit) {
@@ -59,6 +68,7 @@ void for_each_member(Config& config, const Visit& visit) {
   visit("trainer.mae_threshold_max", config.mae_threshold_max);
   visit("solver.max_iterations", config.max_iterations);
   visit("fit.solver", config.solver);
+  visit("fit.codec", config.codec);
 }
 
 std::map<std::string, std::string> to_values(const FitConfig& config) {
@@ -69,8 +79,26 @@ std::map<std::string, std::string> to_values(const FitConfig& config) {
 
 }  // namespace
 
-FitConfig FitConfig::defaults(double cube_size) {
+std::optional<FitPreset> find_preset(std::string_view name) {
+  if (name == "fast") return FitPreset::kFast;
+  if (name == "balanced") return FitPreset::kBalanced;
+  if (name == "best") return FitPreset::kBest;
+  return std::nullopt;
+}
+
+FitConfig FitConfig::preset(FitPreset preset, double cube_size) {
   FitConfig config;
+  if (preset == FitPreset::kFast) {
+    config.populated_steps = {8, 16};
+    config.empty_steps = {4, 8};
+    config.mae_threshold = 0.025;
+    config.max_iterations = 12;
+  } else if (preset == FitPreset::kBest) {
+    config.populated_steps = {8, 16, 32, 48};
+    config.empty_steps = {8, 16, 32};
+    config.mae_threshold = 0.006;
+    config.max_iterations = 30;
+  }
   config.mae_threshold *= cube_size;
   config.mae_threshold_max *= cube_size;
   config.empty_distance_threshold *= cube_size;

@@ -96,6 +96,22 @@ ReadValue solver() {
   };
 }
 
+ReadValue codec() {
+  return [](const YAML::Node& node, Configuration& c) -> std::string {
+    const std::string name = node.IsScalar() ? node.Scalar() : "";
+    if (name != "quantized" && name != "float32") return "must be quantized or float32";
+    c.codec = name == "quantized" ? CubeCodec::kQuantized : CubeCodec::kFloat32;
+    return {};
+  };
+}
+
+ReadValue preset() {
+  return [](const YAML::Node& node, Configuration& c) -> std::string {
+    c.preset = find_preset(node.IsScalar() ? node.Scalar() : "");
+    return c.preset ? "" : "must be fast, balanced or best";
+  };
+}
+
 /// Accepted for the ancestor's sake.
 ReadValue without_effect(const char* path, const char* reason) {
   return [=](const YAML::Node&, Configuration& c) -> std::string {
@@ -145,7 +161,9 @@ const std::vector<Key>& keys() {
       none("edt.edt_extension", kExactTargets),
       none("edt.empty_search_margin", "empty cubes see every point, however far"),
       none("edt.empty_nearby_count", "empty cubes see every point, however many"),
+      {"fit.preset", preset()},
       {"fit.solver", solver()},
+      {"fit.codec", codec()},
   };
   return table;
 }
@@ -207,7 +225,7 @@ YAML::Node load(const std::filesystem::path& path) {
 }  // namespace
 
 FitConfig Configuration::fit_config(double map_cube_size) const {
-  FitConfig config = FitConfig::defaults(map_cube_size);
+  FitConfig config = FitConfig::preset(preset.value_or(FitPreset::kBalanced), map_cube_size);
   if (populated_steps) config.populated_steps = *populated_steps;
   if (empty_steps) config.empty_steps = *empty_steps;
   if (mae_threshold) config.mae_threshold = *mae_threshold;
@@ -215,6 +233,7 @@ FitConfig Configuration::fit_config(double map_cube_size) const {
   if (empty_distance_threshold) config.empty_distance_threshold = *empty_distance_threshold;
   if (max_iterations) config.max_iterations = *max_iterations;
   if (solver) config.solver = *solver;
+  if (codec) config.codec = *codec;
   return config;
 }
 

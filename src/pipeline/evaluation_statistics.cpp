@@ -50,7 +50,7 @@ ErrorStatistics StatisticsCollector::statistics() const {
     result.p95 = sorted[(sorted.size() * 95 + 99) / 100 - 1];
     result.max = sorted.back();
   }
-  Moments norm, off_axis_norm, angle;
+  Moments norm, angle, off_axis_norm, off_axis_angle;
   for (const GradientJudgement& gradient : gradients_) {
     ++result.num_gradients;
     if (gradient.is_nan) {
@@ -59,13 +59,16 @@ ErrorStatistics StatisticsCollector::statistics() const {
     }
     norm.add(gradient.norm);
     angle.add(gradient.angle_deg);
-    if (gradient.off_axis) off_axis_norm.add(gradient.norm);
+    if (!gradient.off_axis) continue;
+    off_axis_norm.add(gradient.norm);
+    off_axis_angle.add(gradient.angle_deg);
   }
   result.gradient_norm_mean = norm.mean();
   result.gradient_norm_std = norm.deviation();
   result.gradient_angle_mean_deg = angle.mean();
   result.off_axis_norm_mean = off_axis_norm.mean();
   result.off_axis_norm_std = off_axis_norm.deviation();
+  result.off_axis_angle_mean_deg = off_axis_angle.mean();
   return result;
 }
 

@@ -218,7 +218,11 @@ std::optional<TileRecord> CubeStore::read(const TileKey& key) {
     throw Error(ErrorCode::kCorrupt, place + "checksum does not match");
   }
   try {
-    return TileRecord{key, state.surroundings, state.configuration, decode_tile(data)};
+    TileRecord record = decode_tile(data);
+    record.key = key;
+    record.surroundings = state.surroundings;
+    record.configuration = state.configuration;
+    return record;
   } catch (const Error& error) {
     throw Error(error.code(), place + error.what());
   }

@@ -1,4 +1,7 @@
+#include <algorithm>
+#include <bit>
 #include <cmath>
+#include <cstring>
 #include <limits>
 #include <string>
 
@@ -10,8 +13,10 @@ namespace {
 
 constexpr char kMagic[4] = {'G', 'D', 'T', '1'};
 constexpr std::uint16_t kVersion = 1;
-constexpr std::uint16_t kCodecFloat32 = 0;
 constexpr std::size_t kCubeBytes = 49;
+constexpr std::size_t kShortCubeBytes = 36;
+/// Edges, in metres, that a map can have at any level.
+constexpr double kMinEdge = 1e-6, kMaxEdge = 1e9;
 constexpr std::size_t kGaussianBytes = kNumGaussianRows * sizeof(float);
 
 bool is_usable(std::size_t row, float value) {
@@ -117,12 +122,11 @@ CubeHead get_cube(ByteReader& reader) {
 }
 
 struct TileHead {
+  CubeCodec codec = CubeCodec::kFloat32;
   std::size_t num_cubes = 0;
   std::size_t num_gaussians = 0;
 };
 
-/// Checks the counts against the size, so that nothing is allocated for a count that cannot be
-/// true.
 TileHead get_header(ByteReader& reader) {
   const auto magic = reader.get_bytes(sizeof(kMagic));
   if (std::memcmp(magic.data(), kMagic, sizeof(kMagic)) != 0) fail("not a tile");
@@ -132,16 +136,25 @@ TileHead get_header(ByteReader& reader) {
          std::to_string(kVersion));
   }
   const auto codec = reader.get<std::uint16_t>();
-  if (codec != kCodecFloat32) fail("tile codec " + std::to_string(codec) + " is not known");
+  if (codec > static_cast<std::uint16_t>(CubeCodec::kQuantized)) {
+    fail("tile codec " + std::to_string(codec) + " is not known");
+  }
   TileHead head;
+  head.codec = static_cast<CubeCodec>(codec);
   head.num_cubes = reader.get<std::uint16_t>();
   head.num_gaussians = reader.get<std::uint32_t>();
   if (head.num_cubes > kCubesPerTile) fail(std::to_string(head.num_cubes) + " cubes in a tile");
-  if (reader.remaining() != head.num_cubes * kCubeBytes + head.num_gaussians * kGaussianBytes) {
+  return head;
+}
+
+/// Checks the counts against the size, so that nothing is allocated for a count that cannot be
+/// true.
+void check_size(const ByteReader& reader, const TileHead& head, std::size_t cube_bytes,
+                std::size_t gaussian_bytes) {
+  if (reader.remaining() != head.num_cubes * cube_bytes + head.num_gaussians * gaussian_bytes) {
     fail("size does not match " + std::to_string(head.num_cubes) + " cubes and " +
          std::to_string(head.num_gaussians) + " Gaussians");
   }
-  return head;
 }
 
 std::vector<CubeRecord> get_cubes(ByteReader& reader, const TileHead& head) {
@@ -170,6 +183,149 @@ void get_rows(ByteReader& reader, std::vector<CubeRecord>& cubes) {
   }
 }
 
+void put_float_cubes(ByteWriter& writer, const TileRecord& tile) {
+  for (const CubeRecord& cube : tile.cubes) put_cube(writer, cube);
+  for (std::size_t row = 0; row < kNumGaussianRows; ++row) {
+    for (const CubeRecord& cube : tile.cubes) put_row(writer, cube.gaussians.row(row));
+  }
+}
+
+std::vector<CubeRecord> get_float_cubes(ByteReader& reader, const TileHead& head) {
+  check_size(reader, head, kCubeBytes, kGaussianBytes);
+  std::vector<CubeRecord> cubes = get_cubes(reader, head);
+  get_rows(reader, cubes);
+  return cubes;
+}
+
+/// Errors and reach of a quantised cube: the upper half of the float's bits.
+std::uint16_t short_float(float value) {
+  const auto bits = std::bit_cast<std::uint32_t>(value);
+  if ((bits & 0xffffu) != 0) {
+    throw Error(ErrorCode::kInternal, "an error of a quantised cube has more than 8 bits");
+  }
+  return static_cast<std::uint16_t>(bits >> 16);
+}
+
+float get_short_float(ByteReader& reader) {
+  return std::bit_cast<float>(std::uint32_t{reader.get<std::uint16_t>()} << 16);
+}
+
+std::uint64_t code_of(const Gaussians& gaussians, std::size_t k, double edge, float largest) {
+  std::uint64_t code = 0;
+  for (std::size_t a = 0; a < 3; ++a) {
+    const double root_sigma = gaussians.at(kRootSigmaX + a, k);
+    const auto mean = static_cast<std::uint64_t>(mean_code(gaussians.at(kMeanX + a, k) / edge));
+    const auto sigma = static_cast<std::uint64_t>(sigma_code(root_sigma * root_sigma / edge));
+    code |= mean << (9 * a) | sigma << (27 + 8 * a);
+  }
+  const int weight = weight_code(gaussians.at(kWeight, k), largest);
+  return code | static_cast<std::uint64_t>(weight + kMaxWeightCode) << 51;
+}
+
+void decode_gaussian(std::uint64_t code, double edge, float largest, Gaussians& gaussians,
+                     std::size_t k) {
+  for (std::size_t a = 0; a < 3; ++a) {
+    const auto mean = static_cast<int>(code >> (9 * a) & 0x1ff);
+    const auto sigma = static_cast<int>(code >> (27 + 8 * a) & 0xff);
+    gaussians.at(kMeanX + a, k) = stored_mean(mean_of_code(mean), edge);
+    gaussians.at(kRootSigmaX + a, k) = stored_root_sigma(sigma_of_code(sigma), edge);
+  }
+  const int weight = static_cast<int>(code >> 51) - kMaxWeightCode;
+  if (weight > kMaxWeightCode) fail("a weight of a quantised Gaussian is out of range");
+  gaussians.at(kWeight, k) = weight_of_code(weight, largest);
+}
+
+void put_short_cube(ByteWriter& writer, const CubeRecord& cube) {
+  if (cube.num_iterations > 0xffff || cube.gaussians.size() > 0xff) {
+    throw Error(ErrorCode::kInternal,
+                "cube " + std::to_string(cube.index) + " is too large for the quantised codec");
+  }
+  writer.put(static_cast<std::uint16_t>(cube.index));
+  writer.put(static_cast<std::uint8_t>(static_cast<unsigned>(cube.status) |
+                                       static_cast<unsigned>(cube.cube_class) << 2 |
+                                       static_cast<unsigned>(cube.failure) << 4));
+  writer.put(static_cast<std::uint16_t>(cube.num_iterations));
+  writer.put(static_cast<std::uint8_t>(cube.gaussians.size()));
+  for (const float error :
+       {cube.errors.mae, cube.errors.rmse, cube.errors.p95, cube.errors.max, cube.reach}) {
+    writer.put(short_float(error));
+  }
+  writer.put(cube.input);
+  writer.put(largest_weight(cube.gaussians));
+}
+
+void put_short_cubes(ByteWriter& writer, const TileRecord& tile) {
+  writer.put(tile.cube_edge);
+  for (const CubeRecord& cube : tile.cubes) put_short_cube(writer, cube);
+  for (const CubeRecord& cube : tile.cubes) {
+    const float largest = largest_weight(cube.gaussians);
+    Gaussians decoded(cube.gaussians.size());
+    for (std::size_t k = 0; k < decoded.size(); ++k) {
+      const std::uint64_t code = code_of(cube.gaussians, k, tile.cube_edge, largest);
+      decode_gaussian(code, tile.cube_edge, largest, decoded, k);
+      writer.put(code);
+    }
+    if (!(decoded == cube.gaussians)) {
+      throw Error(ErrorCode::kInternal,
+                  "cube " + std::to_string(cube.index) + " is not on the grid of its codec");
+    }
+  }
+}
+
+/// The head of a quantised cube, and the scale of its weights.
+struct ShortHead {
+  CubeHead head;
+  float largest = 0.0f;
+};
+
+ShortHead get_short_cube(ByteReader& reader) {
+  ShortHead result;
+  CubeRecord& cube = result.head.cube;
+  cube.index = reader.get<std::uint16_t>();
+  const auto kind = reader.get<std::uint8_t>();
+  const unsigned status = kind & 3u, of_class = kind >> 2 & 3u, failure = kind >> 4;
+  if (status > 2 || of_class > 2 || failure > 1) {
+    fail("cube " + std::to_string(cube.index) + ": kind " + std::to_string(kind) + " is not known");
+  }
+  cube.status = static_cast<CubeStatus>(status);
+  cube.cube_class = static_cast<CubeClass>(of_class);
+  cube.failure = static_cast<FailureReason>(failure);
+  cube.num_iterations = reader.get<std::uint16_t>();
+  result.head.num_gaussians = reader.get<std::uint8_t>();
+  for (float* const error :
+       {&cube.errors.mae, &cube.errors.rmse, &cube.errors.p95, &cube.errors.max, &cube.reach}) {
+    *error = get_short_float(reader);
+  }
+  cube.input = reader.get_digest();
+  result.largest = reader.get<float>();
+  return result;
+}
+
+std::vector<CubeRecord> get_short_cubes(ByteReader& reader, const TileHead& head, double edge) {
+  check_size(reader, head, kShortCubeBytes, sizeof(std::uint64_t));
+  std::vector<ShortHead> heads;
+  std::uint64_t num_gaussians = 0;
+  for (std::size_t i = 0; i < head.num_cubes; ++i) {
+    heads.push_back(get_short_cube(reader));
+    num_gaussians += heads.back().head.num_gaussians;
+  }
+  if (num_gaussians != head.num_gaussians) fail("cubes do not add up to the number of Gaussians");
+  std::vector<CubeRecord> cubes;
+  for (ShortHead& h : heads) {
+    CubeRecord& cube = cubes.emplace_back(std::move(h.head.cube));
+    cube.gaussians = Gaussians(h.head.num_gaussians);
+    for (std::size_t k = 0; k < cube.gaussians.size(); ++k) {
+      decode_gaussian(reader.get<std::uint64_t>(), edge, h.largest, cube.gaussians, k);
+    }
+    // Otherwise the same cube would be written in other bytes.
+    if (std::bit_cast<std::uint32_t>(largest_weight(cube.gaussians)) !=
+        std::bit_cast<std::uint32_t>(h.largest)) {
+      fail("cube " + std::to_string(cube.index) + ": largest weight is not that of a Gaussian");
+    }
+  }
+  return cubes;
+}
+
 }  // namespace
 
 Bytes encode_tile(const TileRecord& tile) {
@@ -177,22 +333,33 @@ Bytes encode_tile(const TileRecord& tile) {
   ByteWriter writer;
   writer.put_bytes(std::as_bytes(std::span(kMagic)));
   writer.put(kVersion);
-  writer.put(kCodecFloat32);
+  writer.put(static_cast<std::uint16_t>(tile.codec));
   writer.put(static_cast<std::uint16_t>(tile.cubes.size()));
   writer.put(count_gaussians(tile.cubes));
-  for (const CubeRecord& cube : tile.cubes) put_cube(writer, cube);
-  for (std::size_t row = 0; row < kNumGaussianRows; ++row) {
-    for (const CubeRecord& cube : tile.cubes) put_row(writer, cube.gaussians.row(row));
+  if (tile.codec == CubeCodec::kQuantized) {
+    put_short_cubes(writer, tile);
+  } else {
+    put_float_cubes(writer, tile);
   }
   return writer.take();
 }
 
-std::vector<CubeRecord> decode_tile(std::span<const std::byte> bytes) {
+TileRecord decode_tile(std::span<const std::byte> bytes) {
   ByteReader reader(bytes, "tile");
-  std::vector<CubeRecord> cubes = get_cubes(reader, get_header(reader));
-  get_rows(reader, cubes);
-  check_cubes(cubes, ErrorCode::kCorrupt);
-  return cubes;
+  const TileHead head = get_header(reader);
+  TileRecord tile;
+  tile.codec = head.codec;
+  if (head.codec == CubeCodec::kQuantized) {
+    tile.cube_edge = reader.get<double>();
+    if (!(tile.cube_edge >= kMinEdge && tile.cube_edge <= kMaxEdge)) {
+      fail("the cubes' edge is out of range");
+    }
+    tile.cubes = get_short_cubes(reader, head, tile.cube_edge);
+  } else {
+    tile.cubes = get_float_cubes(reader, head);
+  }
+  check_cubes(tile.cubes, ErrorCode::kCorrupt);
+  return tile;
 }
 
 Digest content_digest(const TileRecord& tile) {

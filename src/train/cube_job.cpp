@@ -3,6 +3,7 @@
 #include <algorithm>
 
 #include <gdfmap/core/bytes.hpp>
+#include <gdfmap/field/quantization.hpp>
 #include <gdfmap/fit/cube_fit.hpp>
 
 namespace gdfmap {
@@ -34,7 +35,10 @@ CubeRecord record_of(const CubeJob& job, CubeFit fit, const Digest& input,
   record.index = cube_index_in_tile(job.key);
   record.cube_class = job.populated ? CubeClass::kPopulated : CubeClass::kEmpty;
   record.num_iterations = fit.num_iterations;
-  record.reach = *std::max_element(job.targets.begin(), job.targets.end());
+  const auto kept = [&](float value) {
+    return config.codec == CubeCodec::kQuantized ? round_up_to_8_bits(value) : value;
+  };
+  record.reach = kept(*std::max_element(job.targets.begin(), job.targets.end()));
   record.input = input;
   if (!fit.finite) {
     record.status = CubeStatus::kFailed;
@@ -44,7 +48,8 @@ CubeRecord record_of(const CubeJob& job, CubeFit fit, const Digest& input,
   const double threshold =
       config.mae_threshold_max * static_cast<double>(level_scale(job.key.level));
   record.status = fit.errors.mae > threshold ? CubeStatus::kPoor : CubeStatus::kFitted;
-  record.errors = fit.errors;
+  record.errors = {kept(fit.errors.mae), kept(fit.errors.rmse), kept(fit.errors.p95),
+                   kept(fit.errors.max)};
   record.gaussians = std::move(fit.gaussians);
   return record;
 }

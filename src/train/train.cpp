@@ -240,7 +240,12 @@ class Trainer {
       const auto end = std::find_if_not(begin, slots.end(), of_tile);
       if (!std::all_of(begin, end, [](const Slot& slot) { return slot.done; })) continue;
       TileRecord& record =
-          records.emplace_back(TileRecord{tiles[i].key, tiles[i].surroundings, configuration_, {}});
+          records.emplace_back(TileRecord{tiles[i].key,
+                                          tiles[i].surroundings,
+                                          configuration_,
+                                          config_.codec,
+                                          map_.lattice().cube_edge(tiles[i].key.level),
+                                          {}});
       for (auto slot = begin; slot != end; ++slot) {
         count(*slot);
         record.cubes.push_back(std::move(slot->record));

@@ -13,12 +13,13 @@ TEST(FitConfig, CanonicalTextReadsBack) {
   config.mae_threshold = 0.1 + 0.2;
   config.max_iterations = 33;
   config.solver = Solver::kCeres;
+  config.codec = CubeCodec::kFloat32;
   EXPECT_EQ(FitConfig::from_canonical(config.canonical()), config);
 }
 
 TEST(FitConfig, EveryMemberChangesTheCanonicalText) {
   const FitConfig base;
-  std::vector<FitConfig> changed(7, base);
+  std::vector<FitConfig> changed(8, base);
   changed[0].populated_steps = {8};
   changed[1].empty_steps = {8};
   changed[2].mae_threshold *= 2;
@@ -26,6 +27,7 @@ TEST(FitConfig, EveryMemberChangesTheCanonicalText) {
   changed[4].empty_distance_threshold *= 2;
   changed[5].max_iterations += 1;
   changed[6].solver = Solver::kCeres;
+  changed[7].codec = CubeCodec::kFloat32;
   for (const FitConfig& config : changed) {
     EXPECT_NE(config.canonical(), base.canonical());
     EXPECT_EQ(config.differing_keys(base).size(), 1u);
@@ -36,6 +38,19 @@ TEST(FitConfig, ThresholdsGrowWithTheCube) {
   const FitConfig config = FitConfig::defaults(4.0);
   EXPECT_DOUBLE_EQ(config.mae_threshold, 4.0 * FitConfig{}.mae_threshold);
   EXPECT_DOUBLE_EQ(config.empty_distance_threshold, 8.0);
+}
+
+TEST(FitConfig, PresetsGoFromFastToAccurate) {
+  const FitConfig fast = FitConfig::preset(FitPreset::kFast, 1.0);
+  const FitConfig balanced = FitConfig::preset(FitPreset::kBalanced, 1.0);
+  const FitConfig best = FitConfig::preset(FitPreset::kBest, 1.0);
+  EXPECT_EQ(balanced, FitConfig{});
+  EXPECT_GT(fast.mae_threshold, balanced.mae_threshold);
+  EXPECT_GT(balanced.mae_threshold, best.mae_threshold);
+  EXPECT_LT(fast.populated_steps.back(), best.populated_steps.back());
+  EXPECT_DOUBLE_EQ(FitConfig::preset(FitPreset::kBest, 4.0).mae_threshold, 4 * best.mae_threshold);
+  EXPECT_EQ(find_preset("best"), FitPreset::kBest);
+  EXPECT_FALSE(find_preset("Best").has_value());
 }
 
 TEST(FitConfig, RefusesTextThatItDidNotWrite) {

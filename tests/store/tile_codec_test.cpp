@@ -106,18 +106,18 @@ TEST(TileCodec, DigestsTheContentThatTheFormatSpecifies) {
 
 TEST(TileCodec, ReadsBackWhatItWrote) {
   const TileRecord tile = sample_tile({0, 1, 2, 3}, 5);
-  const std::vector<CubeRecord> cubes = decode_tile(encode_tile(tile));
+  const std::vector<CubeRecord> cubes = decode_tile(encode_tile(tile)).cubes;
   ASSERT_EQ(cubes.size(), tile.cubes.size());
   for (std::size_t i = 0; i < cubes.size(); ++i) expect_equal(cubes[i], tile.cubes[i]);
 }
 
 TEST(TileCodec, HoldsATileWithoutCubesAndAFullOne) {
   TileRecord tile;
-  EXPECT_TRUE(decode_tile(encode_tile(tile)).empty());
+  EXPECT_TRUE(decode_tile(encode_tile(tile)).cubes.empty());
   for (int i = 0; i < kCubesPerTile; ++i) {
     tile.cubes.push_back(sample_cube(i, 1 + static_cast<std::size_t>(i) % 3, 7));
   }
-  EXPECT_EQ(decode_tile(encode_tile(tile)).size(), static_cast<std::size_t>(kCubesPerTile));
+  EXPECT_EQ(decode_tile(encode_tile(tile)).cubes.size(), static_cast<std::size_t>(kCubesPerTile));
 }
 
 /// A change to a valid tile that makes it one that no blob can hold.
@@ -157,7 +157,7 @@ TEST(TileCodec, SmallestRootSigmaHasAFiniteInverseFourthPower) {
   cube.gaussians.at(kRootSigmaX, 0) = -kMinRootSigma;
   TileRecord tile;
   tile.cubes = {cube};
-  EXPECT_EQ(decode_tile(encode_tile(tile))[0].gaussians, cube.gaussians);
+  EXPECT_EQ(decode_tile(encode_tile(tile)).cubes[0].gaussians, cube.gaussians);
   EXPECT_TRUE(std::isfinite(Kernel(cube.gaussians).view().row(kRootSigmaX)[0]));
 }
 
@@ -180,7 +180,8 @@ TEST(TileCodec, NamesWhatIsWrongWithDamagedBytes) {
   };
   expect_corrupt(damaged(0, 'X'), "not a tile");
   expect_corrupt(damaged(4, 2), "tile format version 2");
-  expect_corrupt(damaged(6, 1), "codec 1");
+  expect_corrupt(damaged(6, 2), "codec 2");
+  expect_corrupt(damaged(6, 1), "edge");
   expect_corrupt(damaged(8, 3), "size does not match");
   expect_corrupt(damaged(9, 3), "cubes in a tile");
   expect_corrupt(damaged(12, 1), "size does not match");
@@ -207,8 +208,91 @@ TEST(TileCodec, RefusesEveryTruncationAndEveryTrailingByte) {
   expect_corrupt(bytes, "size does not match");
 }
 
-TEST(TileCodec, SurvivesAnyBytes) {
-  const Bytes good = encode_tile(sample_tile({0, 1, 2, 3}, 5));
+/// sample_tile() with everything on the grid of the quantised codec.
+TileRecord quantized_tile(double edge) {
+  TileRecord tile = sample_tile({0, 1, 2, 3}, 5);
+  tile.codec = CubeCodec::kQuantized;
+  tile.cube_edge = edge;
+  for (CubeRecord& cube : tile.cubes) {
+    for (float* const value :
+         {&cube.errors.mae, &cube.errors.rmse, &cube.errors.p95, &cube.errors.max, &cube.reach}) {
+      *value = round_up_to_8_bits(*value);
+    }
+    Gaussians& g = cube.gaussians;
+    for (std::size_t k = 0; k < g.size(); ++k) {
+      for (std::size_t a = 0; a < 3; ++a) {
+        g.at(kMeanX + a, k) = stored_mean(mean_of_code(mean_code(g.at(kMeanX + a, k))), edge);
+        g.at(kRootSigmaX + a, k) =
+            stored_root_sigma(sigma_of_code(sigma_code(g.at(kRootSigmaX + a, k))), edge);
+      }
+    }
+    quantize_weights(g);
+  }
+  return tile;
+}
+
+TEST(TileCodec, QuantizedTilesReadBackWhatWasWritten) {
+  for (const double edge : {1.0, 0.37, 4.0, 16.0}) {
+    const TileRecord tile = quantized_tile(edge);
+    const Bytes bytes = encode_tile(tile);
+    EXPECT_EQ(bytes.size(), 14u + 8u + 4 * 36 + 27 * 8);
+    const TileRecord read = decode_tile(bytes);
+    EXPECT_EQ(read.codec, CubeCodec::kQuantized);
+    EXPECT_EQ(read.cube_edge, edge);
+    ASSERT_EQ(read.cubes.size(), tile.cubes.size());
+    for (std::size_t i = 0; i < read.cubes.size(); ++i) expect_equal(read.cubes[i], tile.cubes[i]);
+  }
+}
+
+// clang-format off
+constexpr char kGoldenQuantizedHex[] =
+    "47445431" "0100" "0100" "0200" "02000000" "000000000000f03f"  // header, edge 1 m
+    "0900" "05" "0c00" "02"                                        // cube 9: poor, populated
+    "803f" "0040" "4040" "8040" "a040"                             // its errors and reach
+    "0807060504030201" "1817161514131211" "0000003f"               // input digest, largest weight
+    "2c01" "12" "0000" "00"                                        // cube 300: failed, not finite
+    "0000" "0000" "0000" "0000" "0000"
+    "0000000000000000" "0000000000000000" "00000000"
+    "00fe030800f8f7ff"                                             // means −1, 2, −1; σ 0.04, …, 4
+    "ff01f80f00f8ff3f";
+// clang-format on
+
+TEST(TileCodec, WritesTheQuantizedBytesThatTheFormatSpecifies) {
+  TileRecord tile = golden_tile();
+  tile.codec = CubeCodec::kQuantized;
+  tile.cube_edge = 1.0;
+  Gaussians g(2);
+  const double means[2][3] = {{-1.0, 2.0, -1.0}, {2.0, -1.0, mean_of_code(32)}};
+  const int sigmas[2][3] = {{1, 0, 255}, {0, 255, 255}};
+  for (std::size_t k = 0; k < 2; ++k) {
+    for (std::size_t a = 0; a < 3; ++a) {
+      g.at(kMeanX + a, k) = stored_mean(means[k][a], 1.0);
+      g.at(kRootSigmaX + a, k) = stored_root_sigma(sigma_of_code(sigmas[k][a]), 1.0);
+    }
+  }
+  g.at(kWeight, 0) = 0.5f;
+  g.at(kWeight, 1) = weight_of_code(-2048, 0.5f);
+  tile.cubes[0].gaussians = g;
+  const Bytes bytes = encode_tile(tile);
+  EXPECT_EQ(hex(bytes), kGoldenQuantizedHex);
+}
+
+TEST(TileCodec, RefusesToQuantizeWhatIsNotOnTheGrid) {
+  const auto expect_refused = [](const std::function<void(TileRecord&)>& spoil) {
+    TileRecord tile = quantized_tile(1.0);
+    spoil(tile);
+    EXPECT_THROW(static_cast<void>(encode_tile(tile)), Error);
+  };
+  expect_refused([](TileRecord& t) { t.cubes[0].gaussians.at(kMeanX, 0) += 1e-5f; });
+  expect_refused([](TileRecord& t) { t.cubes[0].gaussians.at(kRootSigmaX, 0) += 1e-5f; });
+  expect_refused([](TileRecord& t) { t.cubes[1].gaussians.at(kWeight, 3) += 1e-5f; });
+  expect_refused([](TileRecord& t) { t.cubes[0].errors.mae = 0.1f; });
+  expect_refused([](TileRecord& t) { t.cubes[0].num_iterations = 70000; });
+  expect_refused([](TileRecord& t) { t.cubes[0].gaussians = Gaussians(300); });
+  expect_refused([](TileRecord& t) { t.cube_edge = 2.0; });
+}
+
+void expect_to_survive(const Bytes& good) {
   std::mt19937 random(11);
   int num_refused = 0;
   for (int round = 0; round < 20000; ++round) {
@@ -221,15 +305,18 @@ TEST(TileCodec, SurvivesAnyBytes) {
     }
     if (random() % 4 == 0) bytes.resize(random() % (bytes.size() + 1));
     try {
-      TileRecord tile;
-      tile.cubes = decode_tile(bytes);
-      EXPECT_EQ(encode_tile(tile), bytes);  // whatever is accepted is a tile
+      EXPECT_EQ(encode_tile(decode_tile(bytes)), bytes);  // whatever is accepted is a tile
     } catch (const Error& error) {
       ASSERT_EQ(error.code(), ErrorCode::kCorrupt) << error.what();
       ++num_refused;
     }
   }
   EXPECT_GT(num_refused, 5000);
+}
+
+TEST(TileCodec, SurvivesAnyBytes) {
+  expect_to_survive(encode_tile(sample_tile({0, 1, 2, 3}, 5)));
+  expect_to_survive(encode_tile(quantized_tile(1.0)));
 }
 
 TEST(TileCodec, ContentDigestSpeaksOfTheFieldAlone) {

@@ -1,8 +1,12 @@
 #pragma once
 
 #include <cstdint>
+#include <optional>
 #include <string>
+#include <string_view>
 #include <vector>
+
+#include <gdfmap/field/quantization.hpp>
 
 namespace gdfmap {
 
@@ -11,6 +15,12 @@ enum class Solver : std::uint8_t {
   kTensor,  ///< ours: Levenberg–Marquardt on the tensor structure of regular samples
   kCeres,   ///< Ceres on the same residuals: slower, for comparison
 };
+
+/// Points on the way from speed and small maps to accuracy; figures in BENCHMARK.md.
+enum class FitPreset : std::uint8_t { kFast, kBalanced, kBest };
+
+/// "fast", "balanced", "best"; nothing for other names.
+[[nodiscard]] std::optional<FitPreset> find_preset(std::string_view name);
 
 /// Everything that decides a cube's Gaussians, besides the samples. Lengths in metres at level 0;
 /// at level n they count 4ⁿ times as much.
@@ -22,9 +32,14 @@ struct FitConfig {
   double empty_distance_threshold = 2.0;  ///< cubes whose centre is this near to a point are fitted
   int max_iterations = 20;                ///< of the optimiser, for each number of Gaussians
   Solver solver = Solver::kTensor;
+  CubeCodec codec = CubeCodec::kQuantized;  ///< the precision that Gaussians are rounded to
 
-  /// The defaults for a map: thresholds grow with the cube.
-  [[nodiscard]] static FitConfig defaults(double cube_size);
+  /// A preset for a map: thresholds grow with the cube. The members' own defaults are kBalanced for
+  /// cubes of 1 m.
+  [[nodiscard]] static FitConfig preset(FitPreset preset, double cube_size);
+  [[nodiscard]] static FitConfig defaults(double cube_size) {
+    return preset(FitPreset::kBalanced, cube_size);
+  }
 
   /// One line "key = value" for each member, keys as in the configuration file: equal
   /// configurations, equal text. The form in which a map stores its configuration.

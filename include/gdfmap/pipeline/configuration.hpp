@@ -19,6 +19,7 @@ struct Configuration {
   int num_threads = 0;              ///< 0: one per core
   std::optional<double> cube_size;  ///< metres
 
+  std::optional<FitPreset> preset;
   std::optional<std::vector<int>> populated_steps;
   std::optional<std::vector<int>> empty_steps;
   std::optional<double> mae_threshold;
@@ -26,11 +27,12 @@ struct Configuration {
   std::optional<double> empty_distance_threshold;
   std::optional<int> max_iterations;
   std::optional<Solver> solver;
+  std::optional<CubeCodec> codec;
 
   /// One line for each key that is accepted for compatibility but changes nothing, saying why.
   std::vector<std::string> notices;
 
-  /// The defaults for a cube size, with what the file gives put over them.
+  /// The preset for a cube size, with the other keys of the file put over it.
   [[nodiscard]] FitConfig fit_config(double map_cube_size) const;
 };
 

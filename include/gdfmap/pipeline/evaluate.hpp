@@ -37,6 +37,7 @@ struct ErrorStatistics {
   double gradient_angle_mean_deg = 0.0;  ///< to the true direction
   /// The same norm over samples off the medial axis, where the true field has one.
   double off_axis_norm_mean = 0.0, off_axis_norm_std = 0.0;
+  double off_axis_angle_mean_deg = 0.0;
 };
 
 /// Statistics of the samples whose true distance lies in [min_distance, max_distance).

@@ -7,6 +7,7 @@
 #include <gdfmap/core/lattice.hpp>
 #include <gdfmap/field/cube_errors.hpp>
 #include <gdfmap/field/gaussians.hpp>
+#include <gdfmap/field/quantization.hpp>
 
 namespace gdfmap {
 
@@ -45,6 +46,11 @@ struct TileRecord {
   TileKey key;
   Digest surroundings;   ///< of the points in and around the tile
   Digest configuration;  ///< of the fit configuration and the fit version
+  /// How its Gaussians are stored. With kQuantized they stand on the grid of the cubes' edge,
+  /// errors and reach have 8 significant bits, and iterations and numbers of Gaussians are below
+  /// 2¹⁶ and 2⁸.
+  CubeCodec codec = CubeCodec::kFloat32;
+  double cube_edge = 0.0;  ///< metres; wanted for kQuantized alone
   std::vector<CubeRecord> cubes;
 };
 
