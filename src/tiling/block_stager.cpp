@@ -3,6 +3,8 @@
 #include <array>
 #include <bit>
 
+#include "voxel_thinning.hpp"
+
 namespace gdfmap {
 namespace {
 
@@ -36,20 +38,30 @@ TileOffset offset_in_tile(const LatticePoint& p, const TileKey& tile) {
 
 }  // namespace
 
-NewBlock make_block(const TileKey& tile, std::vector<TileOffset>& points) {
-  NewBlock block;
+MadeBlock make_block(const TileKey& tile, std::vector<TileOffset>& points, int voxel_steps) {
+  MadeBlock made;
+  NewBlock& block = made.block;
   block.tile = tile;
   block.digest = sum_of_hashes(tile, points);
+  const std::size_t num_accepted = points.size();
   sort_unique(points);
+  const std::size_t num_unique = points.size();
+  thin(points, voxel_steps);
+  made.num_duplicates = num_accepted - num_unique;
+  made.num_thinned = num_unique - points.size();
   for (const TileOffset& p : points) block.cubes.set(p.cube());
   block.num_points = static_cast<std::uint32_t>(points.size());
   block.data = encode_block(points);
-  return block;
+  return made;
 }
 
-BlockStager::BlockStager(PointStore& store, std::int64_t source, std::size_t buffer_bytes,
-                         const RunContext& context)
-    : store_(&store), source_(source), context_(&context), buffers_(buffer_bytes) {}
+BlockStager::BlockStager(PointStore& store, std::int64_t source, int voxel_steps,
+                         std::size_t buffer_bytes, const RunContext& context)
+    : store_(&store),
+      source_(source),
+      voxel_steps_(voxel_steps),
+      context_(&context),
+      buffers_(buffer_bytes) {}
 
 void BlockStager::add(const LatticePoint& p) {
   if (!buffers_.has_room()) {
@@ -72,11 +84,12 @@ void BlockStager::stage(const std::vector<TileBuffers::Slot>& slots) {
 
 void BlockStager::stage(TileBuffers::Slot slot) {
   buffers_.take(slot, points_);
-  const std::size_t num_accepted = points_.size();
-  pending_.push_back(make_block(buffers_.tile(slot), points_));
+  MadeBlock made = make_block(buffers_.tile(slot), points_, voxel_steps_);
+  num_stored_ += made.block.num_points;
+  num_duplicates_ += made.num_duplicates;
+  num_thinned_ += made.num_thinned;
+  pending_.push_back(std::move(made.block));
   const NewBlock& block = pending_.back();
-  num_stored_ += block.num_points;
-  num_duplicates_ += num_accepted - block.num_points;
   pending_bytes_ += sizeof(NewBlock) + block.data.capacity();
   if (pending_bytes_ >= kBytesPerTransaction) append_pending();
 }

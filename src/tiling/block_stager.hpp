@@ -12,16 +12,24 @@
 
 namespace gdfmap {
 
-/// A finished buffer as a block: digest, occupied cubes, sorted, encoded. Sorts `points` in place.
-/// Pure, so that several may be made at the same time.
-[[nodiscard]] NewBlock make_block(const TileKey& tile, std::vector<TileOffset>& points);
+/// A block on its way, and what became of the points that it was made from.
+struct MadeBlock {
+  NewBlock block;
+  std::uint64_t num_duplicates = 0, num_thinned = 0;
+};
+
+/// A finished buffer as a block: digest, then sorted, thinned (0 voxel_steps: not) and encoded.
+/// Changes `points` in place. Pure, so that several may be made at the same time.
+[[nodiscard]] MadeBlock make_block(const TileKey& tile, std::vector<TileOffset>& points,
+                                   int voxel_steps);
 
 /// Turns a stream of lattice points into staged blocks of one source, in bounded memory. Not
 /// thread-safe. @throws Error from add and finish: what the store throws, kInterrupted when
 /// stopped.
 class BlockStager {
  public:
-  BlockStager(PointStore& store, std::int64_t source, std::size_t buffer_bytes,
+  /// Thins as make_block() does.
+  BlockStager(PointStore& store, std::int64_t source, int voxel_steps, std::size_t buffer_bytes,
               const RunContext& context);
 
   void add(const LatticePoint& p);
@@ -30,6 +38,7 @@ class BlockStager {
 
   [[nodiscard]] std::uint64_t num_stored() const { return num_stored_; }
   [[nodiscard]] std::uint64_t num_duplicates() const { return num_duplicates_; }
+  [[nodiscard]] std::uint64_t num_thinned() const { return num_thinned_; }
 
  private:
   void stage(const std::vector<TileBuffers::Slot>& slots);
@@ -38,6 +47,7 @@ class BlockStager {
 
   PointStore* store_;
   std::int64_t source_;
+  int voxel_steps_;
   const RunContext* context_;
   TileBuffers buffers_;
   std::vector<TileOffset> points_;  // of the buffer at hand
@@ -45,6 +55,7 @@ class BlockStager {
   std::size_t pending_bytes_ = 0;
   std::uint64_t num_stored_ = 0;
   std::uint64_t num_duplicates_ = 0;
+  std::uint64_t num_thinned_ = 0;
 };
 
 }  // namespace gdfmap

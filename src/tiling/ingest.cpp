@@ -35,7 +35,7 @@ Digest source_identity(const Digest& file, const std::string& parameters) {
   return hash128(writer.bytes());
 }
 
-void check_options(const IngestOptions& options) {
+void check_options(const IngestOptions& options, const Lattice& lattice) {
   const double scale = options.transform.scale;
   if (!std::isfinite(scale) || scale <= 0.0) {
     throw Error(ErrorCode::kUsage, "scale must be a positive number, not " + number_text(scale));
@@ -43,6 +43,39 @@ void check_options(const IngestOptions& options) {
   if (!options.transform.T_map_source.matrix().allFinite()) {
     throw Error(ErrorCode::kUsage, "the transform has an entry that is not finite");
   }
+  if (options.region && !(options.region->min().allFinite() && options.region->max().allFinite() &&
+                          (options.region->sizes().array() > 0.0).all())) {
+    throw Error(ErrorCode::kUsage, "the region must be finite and have its lower corner first");
+  }
+  if (options.voxel_size != 0.0 &&
+      !(options.voxel_size >= lattice.step() && options.voxel_size <= lattice.cube_size())) {
+    throw Error(ErrorCode::kUsage, "a voxel must be from " + number_text(lattice.step()) +
+                                       " m to " + number_text(lattice.cube_size()) +
+                                       " m long (a quantisation step to a cube of this map), not " +
+                                       number_text(options.voxel_size) + " m");
+  }
+}
+
+bool is_published(PointStore& store, std::int64_t id) {
+  const std::vector<SourceRecord> sources = store.sources();
+  return std::any_of(sources.begin(), sources.end(),
+                     [&](const SourceRecord& source) { return source.id == id; });
+}
+
+void check_replaced(const IngestOptions& options, PointStore& store) {
+  const auto replaced = options.replaced_source;
+  if (!replaced || is_published(store, *replaced)) return;
+  throw Error(ErrorCode::kUsage, "there is no source " + std::to_string(*replaced) +
+                                     " to replace; `gdfmap sources` lists them");
+}
+
+int voxel_steps(const IngestOptions& options, const Lattice& lattice) {
+  return static_cast<int>(std::lround(options.voxel_size / lattice.step()));
+}
+
+/// Half-open, so that regions that share a face share no point.
+bool contains(const Box3& region, const Vector3& p) {
+  return (p.array() >= region.min().array()).all() && (p.array() < region.max().array()).all();
 }
 
 /// Bytes for point buffers out of the budget of the process.
@@ -102,6 +135,7 @@ class Ingest {
     counts_.num_read = num_delivered_ + counts_.num_rejected_withheld;
     counts_.num_stored = stager_->num_stored();
     counts_.num_duplicates = stager_->num_duplicates();
+    counts_.num_thinned = stager_->num_thinned();
     return counts_;
   }
 
@@ -120,10 +154,14 @@ class Ingest {
         return;
       }
     }
-    if (const auto p = lattice_->quantize(options_->transform.apply(p_source))) {
-      stager_->add(*p);
-    } else {
+    const Vector3 p_map = options_->transform.apply(p_source);
+    const auto p = lattice_->quantize(p_map);
+    if (!p) {
       ++counts_.num_rejected_out_of_range;
+    } else if (options_->region && !contains(*options_->region, p_map)) {
+      ++counts_.num_rejected_outside;
+    } else {
+      stager_->add(*p);
     }
   }
 
@@ -151,13 +189,31 @@ void warn_of_zeros(const std::string& path, const IngestReport& report,
       "out");
 }
 
+/// For a cloud that is there already. A replacement that was interrupted after its commit finds
+/// nothing left to do.
+void remove_replaced(PointStore& store, const IngestOptions& options, std::int64_t present,
+                     const RunContext& context) {
+  const auto replaced = options.replaced_source;
+  if (replaced && *replaced != present && is_published(store, *replaced)) {
+    store.remove(*replaced, context);
+  }
+}
+
+void discard_quietly(PointStore& store, std::int64_t source, const RunContext& context) {
+  try {
+    store.discard(source, context);
+  } catch (const std::exception&) {
+    // The next writer deletes what is left; the first error, if any, is the one to tell.
+  }
+}
+
 /// Stages the cloud as the source begun, and publishes it unless it is there already.
 IngestReport stage_and_publish(PointReader& reader, const Lattice& lattice, PointStore& store,
                                const IngestOptions& options, const RunContext& context,
                                SourceRecord source) {
   IngestReport report;
   {
-    BlockStager stager(store, source.id, buffer_bytes(context), context);
+    BlockStager stager(store, source.id, source.voxel_steps, buffer_bytes(context), context);
     Ingest ingest(reader, lattice, options, stager, context);
     source.counts = ingest.run();
     report.num_zero = ingest.num_zero();
@@ -166,21 +222,15 @@ IngestReport stage_and_publish(PointReader& reader, const Lattice& lattice, Poin
   source.num_bytes = reader.num_bytes();
   if (auto known = store.find_source(source.identity)) {
     store.discard(source.id);
+    remove_replaced(store, options, known->id, context);
     report.source = std::move(*known);
     report.already_present = true;
     return report;
   }
-  store.publish(source);
+  store.publish(source, options.replaced_source);
+  if (options.replaced_source) discard_quietly(store, *options.replaced_source, context);
   report.source = std::move(source);
   return report;
-}
-
-void discard_quietly(PointStore& store, std::int64_t source) {
-  try {
-    store.discard(source);
-  } catch (const std::exception&) {
-    // The next writer deletes what is left; the first error is the one to tell.
-  }
 }
 
 }  // namespace
@@ -193,7 +243,17 @@ std::string IngestOptions::canonical() const {
       text += row == 2 && column == 3 ? ' ' : ',';
     }
   }
-  return text + "drop_zero=" + (drop_zero ? "1" : "0");
+  text += std::string("drop_zero=") + (drop_zero ? "1" : "0");
+  if (region) {
+    text += " region=";
+    for (const Vector3& corner : {region->min(), region->max()}) {
+      for (int axis = 0; axis < 3; ++axis) {
+        text += (text.back() == '=' ? "" : ",") + number_text(corner[axis]);
+      }
+    }
+  }
+  if (voxel_size != 0.0) text += " voxel=" + number_text(voxel_size);
+  return text;
 }
 
 std::optional<SourceRecord> find_published(const std::string& path, const IngestOptions& options,
@@ -209,20 +269,23 @@ std::optional<SourceRecord> find_published(const std::string& path, const Ingest
 IngestReport ingest_points(PointReader& reader, const std::string& path, const Lattice& lattice,
                            PointStore& store, const IngestOptions& options,
                            const RunContext& context) {
-  check_options(options);
+  check_options(options, lattice);
   SourceRecord source;
   source.path = path;
   source.parameters = options.canonical();
+  source.voxel_steps = voxel_steps(options, lattice);
   if (auto known = find_published(path, options, store, context)) {
+    remove_replaced(store, options, known->id, context);
     return {.source = std::move(*known), .already_present = true, .num_zero = 0};
   }
-  source.id = store.begin_source(path, source.parameters);
+  check_replaced(options, store);
+  source.id = store.begin_source(path, source.parameters, source.voxel_steps);
   try {
     IngestReport report = stage_and_publish(reader, lattice, store, options, context, source);
     warn_of_zeros(path, report, options, context);
     return report;
   } catch (...) {
-    discard_quietly(store, source.id);
+    discard_quietly(store, source.id, {});
     throw;
   }
 }
