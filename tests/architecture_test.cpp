@@ -23,7 +23,6 @@ const std::map<std::string, int> kLayers = {
 
 /// Where each third-party header may be included; always in .cpp files.
 const std::map<std::string, std::set<std::string>> kThirdParty = {{"sqlite3", {"db"}},
-                                                                  {"lz4", {"tiling"}},
                                                                   {"xxhash", {"core"}},
                                                                   {"ceres/", {"fit"}},
                                                                   {"yaml-cpp/", {"pipeline"}},

@@ -151,7 +151,7 @@ Command add_ingest(CLI::App& program) {
                   "Id of the source that the cloud replaces, in one step: interrupted, the map has "
                   "the old one (see gdfmap sources)")
       ->option_text("ID");
-  add_common_options(*app, options->common, kMemory | kProgress | kJson);
+  add_common_options(*app, options->common, kThreads | kMemory | kProgress | kJson);
   return {app, [options] { run(*options); }};
 }
 

@@ -178,6 +178,8 @@ PointStore::~PointStore() = default;
 PointStore::PointStore(PointStore&&) noexcept = default;
 PointStore& PointStore::operator=(PointStore&&) noexcept = default;
 
+const std::filesystem::path& PointStore::path() const { return impl_->database.path(); }
+
 std::optional<std::string> PointStore::meta(const std::string& key) {
   db::Statement select(impl_->database, "SELECT value FROM meta WHERE key = ?");
   if (!select.bind(key).step()) return std::nullopt;

@@ -295,7 +295,7 @@ TEST_F(IngestTest, AnEmptyCloudIsASourceWithoutPoints) {
 TEST_F(IngestTest, ABudgetThatOverflowsLosesNothing) {
   // More points than the buffers of the least budget hold: the largest are emptied on the way.
   PointStore store = create();
-  std::vector<Vector3> points = wavy_surface(4'000'000, 11, 200.0);
+  std::vector<Vector3> points = wavy_surface(5'500'000, 11, 200.0);
   points.insert(points.end(), points.begin(), points.begin() + 10'000);
   const RunContext context{.memory_bytes = kMinMemoryBytes};
   const IngestCounts counts = ingest(points, store, {}, context).source.counts;

@@ -227,7 +227,7 @@ TEST_F(PointStoreTest, AReaderSeesEachPublicationWhileTheWriterGoesOn) {
 
 TEST_F(PointStoreTest, AMapAtRestIsOnePlainFile) {
   { publish(*std::make_unique<PointStore>(create()), 1, {block_of({0, 0, 0, 0}, {{1, 2, 3}})}); }
-  EXPECT_EQ(std::distance(std::filesystem::directory_iterator(directory_),
+  EXPECT_EQ(std::distance(std::filesystem::directory_iterator(directory_.path()),
                           std::filesystem::directory_iterator()),
             1);
   PointStore reader(path(), db::OpenMode::kImmutable);

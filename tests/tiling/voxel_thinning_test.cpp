@@ -1,4 +1,6 @@
-#include <numeric>
+#include <algorithm>
+#include <array>
+#include <utility>
 
 #include <gtest/gtest.h>
 
@@ -9,22 +11,23 @@ namespace {
 
 using VoxelThinningTest = TilingTest;
 
+struct Voxel {
+  TileKey tile;
+  std::array<std::int64_t, 6> cube_and_voxel;
+  auto operator<=>(const Voxel&) const = default;
+};
+struct Candidate {
+  std::int64_t distance;
+  std::uint64_t code;
+  TileOffset point;
+  auto operator<=>(const Candidate&) const = default;
+};
+
 /// The points that are left, by the definition alone: one of every voxel, nearest to its centre,
 /// then first in Morton order.
 std::map<TileKey, std::vector<TileOffset>> thinned_by_definition(const std::vector<Vector3>& cloud,
                                                                  int steps) {
-  struct Voxel {
-    TileKey tile;
-    std::array<std::int64_t, 6> cube_and_voxel;
-    auto operator<=>(const Voxel&) const = default;
-  };
-  struct Candidate {
-    std::int64_t distance;
-    std::uint64_t code;
-    TileOffset point;
-    auto operator<=>(const Candidate&) const = default;
-  };
-  std::map<Voxel, Candidate> best;
+  std::vector<std::pair<Voxel, Candidate>> candidates;
   for (const Vector3& p_world : cloud) {
     const LatticePoint p = *kLattice.quantize(p_world);
     const TileKey tile = tile_of(p);
@@ -51,11 +54,15 @@ std::map<TileKey, std::vector<TileOffset>> thinned_by_definition(const std::vect
         code,
         {static_cast<std::uint16_t>(xyz[0]), static_cast<std::uint16_t>(xyz[1]),
          static_cast<std::uint16_t>(xyz[2])}};
-    const auto [entry, added] = best.emplace(voxel, candidate);
-    if (!added) entry->second = std::min(entry->second, candidate);
+    candidates.emplace_back(voxel, candidate);
   }
+  std::sort(candidates.begin(), candidates.end());
   std::map<TileKey, std::vector<TileOffset>> tiles;
-  for (const auto& [voxel, candidate] : best) tiles[voxel.tile].push_back(candidate.point);
+  const Voxel* last = nullptr;
+  for (const auto& [voxel, candidate] : candidates) {
+    if (last == nullptr || *last != voxel) tiles[voxel.tile].push_back(candidate.point);
+    last = &voxel;
+  }
   sort_points(tiles);
   return tiles;
 }
@@ -128,12 +135,12 @@ TEST_F(VoxelThinningTest, RemovingASourceBringsBackWhatItsPointsHadDisplaced) {
 }
 
 TEST_F(VoxelThinningTest, ATileOfMoreThanAMillionThinnedPointsIsTheSame) {
-  // Six blocks of each of two sources in one tile: too many to thin in one piece.
-  const std::vector<Vector3> a = wavy_surface(700'000, 9, 7.9), b = wavy_surface(700'000, 10, 7.9);
+  // Nine blocks of each of two sources in one tile: too many to thin in one piece.
+  const std::vector<Vector3> a = wavy_surface(550'000, 9, 7.9), b = wavy_surface(550'000, 10, 7.9);
   PointStore store = create();
   std::vector<Vector3> in_one_tile = joined(a, b);
   for (Vector3& p : in_one_tile) p += Vector3(4, 4, 4);
-  const auto middle = in_one_tile.begin() + 700'000;
+  const auto middle = in_one_tile.begin() + 550'000;
   ingest({in_one_tile.begin(), middle}, store, voxels_of(0.002));
   ingest({middle, in_one_tile.end()}, store, voxels_of(0.002));
   ASSERT_EQ(store.totals().num_tiles, 1u);

@@ -44,7 +44,8 @@ struct IngestReport {
 /// publish. Memory is bounded by context.memory() whatever the cloud. Interrupted or failed, it
 /// leaves everything as it was. @param path  name of the source, for people
 /// @throws Error kInterrupted when stopped, kUsage for options that cannot be used or a replaced
-///         source that is not there, else what the reader or the store throws.
+///         source that is not there, kIo when the disk has no room for the points that the cloud
+///         declares, else what the reader or the store throws.
 [[nodiscard]] IngestReport ingest_points(PointReader& reader, const std::string& path,
                                          const Lattice& lattice, PointStore& store,
                                          const IngestOptions& options, const RunContext& context);

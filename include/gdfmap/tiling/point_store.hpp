@@ -88,6 +88,8 @@ class PointStore {
   PointStore(PointStore&&) noexcept;
   PointStore& operator=(PointStore&&) noexcept;
 
+  [[nodiscard]] const std::filesystem::path& path() const;
+
   /// Free text kept beside the data: "map_id", "geometry". Empty where the key was never set.
   [[nodiscard]] std::optional<std::string> meta(const std::string& key);
   void set_meta(const std::string& key, const std::string& value);
