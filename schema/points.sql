@@ -13,22 +13,25 @@ CREATE TABLE meta (
 );
 
 -- One row per ingested cloud. Ids are never used again: people keep them.
--- num_read = num_stored + num_duplicates + the four num_rejected_*.
+-- num_read = num_stored + num_duplicates + num_thinned + the five num_rejected_*.
 CREATE TABLE sources (
   id                        INTEGER PRIMARY KEY AUTOINCREMENT,
   published                 INTEGER NOT NULL DEFAULT 0,
   path                      TEXT    NOT NULL,             -- as given, for people
   parameters                TEXT    NOT NULL,             -- canonical text of the ingest options
-  voxel_size                REAL    NOT NULL DEFAULT 0.0, -- thinning in metres; 0: none
+  voxel_steps               INTEGER NOT NULL DEFAULT 0,   -- edge of a thinning voxel in quantisation
+                                                          --   steps (block_format.md); 0: not thinned
   identity                  BLOB,                         -- of the file's bytes and the parameters
   num_bytes                 INTEGER NOT NULL DEFAULT 0,   -- size of the file
   num_read                  INTEGER NOT NULL DEFAULT 0,
   num_stored                INTEGER NOT NULL DEFAULT 0,
   num_duplicates            INTEGER NOT NULL DEFAULT 0,   -- equal to another point of their block
+  num_thinned               INTEGER NOT NULL DEFAULT 0,   -- given up for another point of their voxel
   num_rejected_not_finite   INTEGER NOT NULL DEFAULT 0,
   num_rejected_withheld     INTEGER NOT NULL DEFAULT 0,
   num_rejected_zero         INTEGER NOT NULL DEFAULT 0,
-  num_rejected_out_of_range INTEGER NOT NULL DEFAULT 0
+  num_rejected_out_of_range INTEGER NOT NULL DEFAULT 0,   -- beyond the lattice
+  num_rejected_outside      INTEGER NOT NULL DEFAULT 0    -- not in the region asked for
 );
 CREATE UNIQUE INDEX sources_by_identity ON sources (identity) WHERE published = 1;
 
@@ -47,7 +50,7 @@ CREATE TABLE tile_sources (
   tile        INTEGER NOT NULL REFERENCES tiles (id),
   source      INTEGER NOT NULL REFERENCES sources (id),
   digest_low  INTEGER NOT NULL,  -- sum modulo 2^128 of the hashes of every accepted point, before
-  digest_high INTEGER NOT NULL,  --   duplicates are removed
+  digest_high INTEGER NOT NULL,  --   duplicates are removed and voxels thinned
   num_points  INTEGER NOT NULL,  -- stored
   num_blocks  INTEGER NOT NULL,
   block_bytes INTEGER NOT NULL,
@@ -63,7 +66,8 @@ CREATE TABLE tile_sources (
 ) WITHOUT ROWID;
 CREATE INDEX tile_sources_by_source ON tile_sources (source);
 
--- Compressed points (block_format.md). A tile's point set is the union of its published blocks.
+-- Compressed points (block_format.md). A tile's point set is the union of its published blocks, in
+-- which all sources of one voxel_steps are thinned together.
 CREATE TABLE blocks (
   id         INTEGER PRIMARY KEY,
   tile       INTEGER NOT NULL REFERENCES tiles (id),

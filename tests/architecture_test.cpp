@@ -22,16 +22,10 @@ const std::map<std::string, int> kLayers = {
     {"query", 4}, {"train", 5},  {"align", 5}, {"pipeline", 6}};
 
 /// Where each third-party header may be included; always in .cpp files.
-const std::map<std::string, std::set<std::string>> kThirdParty = {{"sqlite3", {"db"}},
-                                                                  {"lz4", {"tiling"}},
-                                                                  {"xxhash", {"core"}},
-                                                                  {"ceres/", {"fit"}},
-                                                                  {"yaml-cpp/", {"pipeline"}},
-                                                                  {"cairo", {"pipeline"}},
-                                                                  {"nlohmann/", {"gdf1", "tools"}},
-                                                                  {"CLI/", {"tools"}},
-                                                                  {"omp.h", {"core"}},
-                                                                  {"pcl/", {}}};
+const std::map<std::string, std::set<std::string>> kThirdParty = {
+    {"sqlite3", {"db"}},         {"xxhash", {"core"}},    {"ceres/", {"fit"}},
+    {"yaml-cpp/", {"pipeline"}}, {"cairo", {"pipeline"}}, {"nlohmann/", {"gdf1", "tools"}},
+    {"CLI/", {"tools"}},         {"omp.h", {"core"}},     {"pcl/", {}}};
 
 struct Include {
   fs::path file;

@@ -24,7 +24,10 @@ Command add_export(CLI::App& program);
 Command add_import(CLI::App& program);
 Command add_evaluate(CLI::App& program);
 Command add_info(CLI::App& program);
+Command add_sources(CLI::App& program);
+Command add_remove(CLI::App& program);
 Command add_verify(CLI::App& program);
+Command add_compact(CLI::App& program);
 Command add_build(CLI::App& program);
 Command add_synth(CLI::App& program);
 

@@ -6,7 +6,7 @@
 set -euo pipefail
 
 PACKAGES=(g++ cmake ninja-build ccache git pkg-config ca-certificates
-  libeigen3-dev libceres-dev libsqlite3-dev liblz4-dev libxxhash-dev libyaml-cpp-dev
+  libeigen3-dev libceres-dev libsqlite3-dev libxxhash-dev libyaml-cpp-dev
   libcli11-dev nlohmann-json3-dev libcairo2-dev fonts-dejavu-core)
 for option in "$@"; do
   case $option in

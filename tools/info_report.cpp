@@ -8,6 +8,7 @@
 #include <gdfmap/pipeline/field_access.hpp>
 
 #include "estimate.hpp"
+#include "ingest_report.hpp"
 #include "text.hpp"
 
 namespace gdfmap::cli {
@@ -41,16 +42,6 @@ void add_bounds(Table& table, const Box3& bounds, const std::string& unit) {
   }
   table.add({"from", point_text(bounds.min()) + unit});
   table.add({"to", point_text(bounds.max()) + unit});
-}
-
-nlohmann::ordered_json source_json(const SourceRecord& source) {
-  return {{"id", source.id},
-          {"path", source.path},
-          {"parameters", source.parameters},
-          {"identity", source.identity.hex()},
-          {"num_bytes", source.num_bytes},
-          {"num_read", source.counts.num_read},
-          {"num_stored", source.counts.num_stored}};
 }
 
 nlohmann::ordered_json points_json(const PointsView& points) {

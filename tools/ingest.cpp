@@ -11,11 +11,11 @@
 #include <gdfmap/io/point_reader.hpp>
 #include <gdfmap/pipeline/configuration.hpp>
 #include <gdfmap/pipeline/ingest.hpp>
+#include <gdfmap/pipeline/new_map_guard.hpp>
 
 #include "commands.hpp"
 #include "estimate.hpp"
 #include "ingest_report.hpp"
-#include "new_map_guard.hpp"
 #include "options.hpp"
 #include "session.hpp"
 #include "text.hpp"
@@ -30,6 +30,8 @@ constexpr Help kHelp = {
     "fails leaves no trace of that cloud. Train the map afterwards.",
     "  gdfmap ingest city.gdfmap scan1.ply scan2.las\n"
     "  gdfmap ingest survey.gdfmap feet.las --scale 0.3048 --cube-size 4\n"
+    "  gdfmap ingest city.gdfmap dense.las --voxel 0.02 --region=-50,-50,0,50,50,30\n"
+    "  gdfmap ingest city.gdfmap scan1_corrected.ply --replace 1\n"
     "  zcat scan.xyz.gz | gdfmap ingest city.gdfmap -"};
 
 struct Options {
@@ -41,6 +43,9 @@ struct Options {
   double scale = 1.0;
   std::string transform;
   bool drop_zero = false;
+  std::string region;
+  double voxel = 0.0;
+  std::optional<std::int64_t> replace;
 };
 
 std::optional<double> chosen_cube_size(const Options& options) {
@@ -68,6 +73,9 @@ IngestOptions ingest_options(const Options& options) {
     result.transform.T_map_source = read_transform(options.transform);
   }
   result.drop_zero = options.drop_zero;
+  if (!options.region.empty()) result.region = parse_box(options.region, "--region");
+  result.voxel_size = options.voxel;
+  result.replaced_source = options.replace;
   return result;
 }
 
@@ -86,6 +94,10 @@ void run(const Options& options) {
   Session session(options.common, OnSignal::kStop);
   const IngestOptions how = ingest_options(options);
   const std::optional<double> cube_size = chosen_cube_size(options);
+  if (options.replace && options.clouds.size() != 1) {
+    throw Error(ErrorCode::kUsage, "--replace puts one cloud in the place of one source, not " +
+                                       std::to_string(options.clouds.size()));
+  }
   check_clouds(options.clouds);
 
   const bool is_new = !std::filesystem::exists(options.map);
@@ -127,7 +139,19 @@ Command add_ingest(CLI::App& program) {
       ->option_text("FILE");
   app->add_flag("--drop-zero", options->drop_zero,
                 "Leave out points that are exactly (0, 0, 0) in the file");
-  add_common_options(*app, options->common, kMemory | kProgress | kJson);
+  app->add_option(
+         "--region", options->region,
+         "Leave out points outside this box in the map's frame, in metres; its lower faces "
+         "belong to it, its upper ones do not")
+      ->option_text("X0,Y0,Z0,X1,Y1,Z1");
+  add_number(*app, "--voxel", options->voxel, "M", {0.0, 10000.0},
+             "Keep one point of every voxel with edges of this many metres, at most those of a "
+             "cube; 0 keeps all. Clouds of one voxel size are thinned together");
+  app->add_option("--replace", options->replace,
+                  "Id of the source that the cloud replaces, in one step: interrupted, the map has "
+                  "the old one (see gdfmap sources)")
+      ->option_text("ID");
+  add_common_options(*app, options->common, kThreads | kMemory | kProgress | kJson);
   return {app, [options] { run(*options); }};
 }
 

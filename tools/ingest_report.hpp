@@ -9,6 +9,10 @@
 
 namespace gdfmap::cli {
 
+/// One source of a map: id, path, options and what became of its points.
+[[nodiscard]] std::string source_text(const SourceRecord& source);
+[[nodiscard]] nlohmann::ordered_json source_json(const SourceRecord& source);
+
 /// What became of one cloud, for people.
 [[nodiscard]] std::string ingest_text(const IngestReport& report);
 /// The same for several: one entry a source, and the sums over those that were new.

@@ -93,6 +93,8 @@ ProgressPrinter::Pace ProgressPrinter::pace(const Progress& progress) const {
   pace.rate = static_cast<double>(progress.done - first_done_) / elapsed;
   if (progress.total >= progress.done) {
     pace.seconds = static_cast<double>(progress.total - progress.done) / pace.rate;
+  } else if (progress.total == 0 && progress.fraction > 0.0) {
+    pace.seconds = elapsed * (1.0 - progress.fraction) / progress.fraction;
   }
   return pace;
 }
@@ -101,6 +103,9 @@ std::string ProgressPrinter::line(const Progress& progress) const {
   std::string text = prefix_ + ": " + grouped(progress.done);
   if (progress.total > 0) text += " of " + grouped(progress.total);
   text += std::string(" ") + progress.stage;
+  if (progress.total == 0 && progress.fraction >= 0.0) {
+    text += " (" + fixed(100.0 * progress.fraction, 0) + " %)";
+  }
   if (!progress.detail.empty()) text += ", " + progress.detail;
   const Pace known = pace(progress);
   if (known.rate > 0.0) text += ", " + rounded(known.rate, 3) + " " + progress.stage + "/s";
@@ -112,6 +117,10 @@ std::string ProgressPrinter::json_line(const Progress& progress) const {
   const Pace known = pace(progress);
   nlohmann::ordered_json json = {{"stage", progress.stage}, {"done", progress.done}};
   json["total"] = progress.total > 0 ? nlohmann::ordered_json(progress.total) : nullptr;
+  const double share =
+      progress.total > 0 ? static_cast<double>(progress.done) / static_cast<double>(progress.total)
+                         : progress.fraction;
+  json["fraction"] = share >= 0.0 ? nlohmann::ordered_json(share) : nullptr;
   json["rate"] = known.rate > 0.0 ? nlohmann::ordered_json(known.rate) : nullptr;
   json["eta_seconds"] = known.seconds >= 0.0 ? nlohmann::ordered_json(known.seconds) : nullptr;
   json["resident_bytes"] = resident_bytes();

@@ -4,8 +4,8 @@
 #include <vector>
 
 #include <gdfmap/core/atomic_file.hpp>
+#include <gdfmap/core/bytes.hpp>
 
-#include "encode.hpp"
 #include "formats.hpp"
 
 namespace gdfmap::io {

@@ -2,6 +2,7 @@
 
 #include <cstdint>
 #include <memory>
+#include <optional>
 #include <string>
 
 #include <gdfmap/io/point_reader.hpp>
@@ -17,6 +18,7 @@ class FileReader : public PointReader {
   FileReader(std::unique_ptr<InputFile> file, CloudInfo info, std::string record);
 
   [[nodiscard]] const CloudInfo& info() const final { return info_; }
+  [[nodiscard]] std::optional<double> fraction_read() const final;
   [[nodiscard]] Digest identity() final { return file_->finish(); }
   [[nodiscard]] std::uint64_t num_bytes() const final { return file_->num_read(); }
 

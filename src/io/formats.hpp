@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cstddef>
 #include <filesystem>
 #include <memory>
 
@@ -17,6 +18,9 @@ namespace gdfmap::io {
 [[nodiscard]] std::unique_ptr<PointReader> open_las(std::unique_ptr<InputFile> file);
 /// For everything that is none of the others: also says that it is no point cloud.
 [[nodiscard]] std::unique_ptr<PointReader> open_xyz(std::unique_ptr<InputFile> file);
+
+/// Points that writers encode at a time.
+inline constexpr std::size_t kWriterBlockPoints = 4096;
 
 /// @throws Error kIo when the file cannot be created, kUsage for options that cannot be used.
 [[nodiscard]] std::unique_ptr<PointWriter> create_ply(const std::filesystem::path& path,

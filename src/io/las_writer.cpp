@@ -5,9 +5,9 @@
 #include <string_view>
 
 #include <gdfmap/core/atomic_file.hpp>
+#include <gdfmap/core/bytes.hpp>
 #include <gdfmap/core/error.hpp>
 
-#include "encode.hpp"
 #include "formats.hpp"
 #include "las_layout.hpp"
 

@@ -1,5 +1,7 @@
 #include <gdfmap/core/error.hpp>
+#include <gdfmap/io/point_reader.hpp>
 #include <gdfmap/pipeline/build.hpp>
+#include <gdfmap/pipeline/new_map_guard.hpp>
 
 namespace gdfmap {
 namespace {
@@ -26,9 +28,14 @@ BuildReport build(const Configuration& configuration, const RunContext& outer) {
 
   BuildReport report;
   report.map = configuration.output_base + ".gdfmap";
+  const std::unique_ptr<PointReader> cloud = open_point_cloud(configuration.input_file);
+  const bool is_new = !std::filesystem::exists(report.map);
   Map map = open_or_create_map(report.map, configuration.cube_size, context);
+  NewMapGuard guard(map, is_new);
   check_source(map, configuration.input_file, context);
-  report.ingest = ingest(configuration.input_file, map, {}, context);
+  report.ingest =
+      ingest_points(*cloud, configuration.input_file, map.lattice(), map.points(), {}, context);
+  guard.keep();
   // The file says what the map shall be: other values than last time fit it again.
   report.train = train(map, {configuration.fit_config(map.geometry().cube_size), true}, context);
   if (configuration.export_bin) {

@@ -1,19 +1,20 @@
 #include <array>
 
-#include <lz4.h>
-
 #include <gdfmap/core/error.hpp>
 #include <gdfmap/tiling/block_codec.hpp>
+
+#include "length_code.hpp"
 
 // The bytes are specified in schema/block_format.md.
 
 namespace gdfmap {
 namespace {
 
-constexpr std::uint8_t kFormat = 1;
+constexpr std::uint8_t kFormat = 2;
 constexpr std::uint8_t kStored = 0;
-constexpr std::uint8_t kLz4 = 1;
+constexpr std::uint8_t kCoded = 1;
 constexpr std::size_t kBytesPerPoint = 6;
+constexpr std::size_t kCodeBytes = (3 * kNumLengths + 1) / 2;
 
 using Axis = std::uint16_t TileOffset::*;
 constexpr std::array<Axis, 3> kAxes{&TileOffset::x, &TileOffset::y, &TileOffset::z};
@@ -31,46 +32,109 @@ constexpr std::uint16_t unfold(std::uint16_t folded) {
   return static_cast<std::uint16_t>(folded >> 1 ^ -(folded & 1));
 }
 
-/// Writes the two planes of an axis.
-void split_axis(std::span<const TileOffset> points, Axis axis, std::byte* planes) {
+std::vector<std::uint16_t> differences(std::span<const TileOffset> points, Axis axis) {
+  std::vector<std::uint16_t> folded(points.size());
   std::uint16_t previous = 0;
   for (std::size_t i = 0; i < points.size(); ++i) {
     const std::uint16_t value = points[i].*axis;
-    const std::uint16_t folded = fold(static_cast<std::uint16_t>(value - previous));
-    planes[i] = static_cast<std::byte>(folded & 0xff);
-    planes[points.size() + i] = static_cast<std::byte>(folded >> 8);
+    folded[i] = fold(static_cast<std::uint16_t>(value - previous));
     previous = value;
   }
+  return folded;
 }
 
-void join_axis(const std::byte* planes, Axis axis, std::span<TileOffset> points) {
-  std::uint16_t value = 0;
-  for (std::size_t i = 0; i < points.size(); ++i) {
-    const auto low = std::to_integer<unsigned>(planes[i]);
-    const auto high = std::to_integer<unsigned>(planes[points.size() + i]);
-    value = static_cast<std::uint16_t>(value + unfold(static_cast<std::uint16_t>(low | high << 8)));
-    points[i].*axis = value;
+using CodesOfAxes = std::array<CodeBits, 3>;
+
+/// Two numbers a byte, the first in the lower half.
+void put_codes(ByteWriter& writer, const CodesOfAxes& codes) {
+  std::array<std::uint8_t, kCodeBytes> bytes{};
+  std::size_t place = 0;
+  for (const CodeBits& code : codes) {
+    for (const std::uint8_t bits : code) {
+      bytes[place / 2] |= static_cast<std::uint8_t>(bits << (place % 2 * 4));
+      ++place;
+    }
+  }
+  writer.put_bytes(std::as_bytes(std::span(bytes)));
+}
+
+CodesOfAxes get_codes(ByteReader& reader) {
+  const auto bytes = reader.get_bytes(kCodeBytes);
+  CodesOfAxes codes;
+  std::size_t place = 0;
+  for (CodeBits& code : codes) {
+    for (std::uint8_t& bits : code) {
+      bits = std::to_integer<std::uint8_t>(bytes[place / 2]) >> (place % 2 * 4) & 0xf;
+      ++place;
+    }
+  }
+  if (std::to_integer<unsigned>(bytes.back()) >> 4 != 0) refuse("its codes are damaged");
+  return codes;
+}
+
+Bytes coded(std::span<const TileOffset> points) {
+  CodesOfAxes codes;
+  std::array<std::uint32_t, 3> num_bytes{};
+  Bytes streams;
+  for (std::size_t axis = 0; axis < kAxes.size(); ++axis) {
+    const std::vector<std::uint16_t> numbers = differences(points, kAxes[axis]);
+    codes[axis] = code_bits_for(numbers);
+    const std::size_t before = streams.size();
+    put_stream(numbers, codes[axis], streams);
+    num_bytes[axis] = static_cast<std::uint32_t>(streams.size() - before);
+  }
+  ByteWriter writer;
+  put_codes(writer, codes);
+  writer.put(num_bytes[0]);
+  writer.put(num_bytes[1]);
+  writer.put_bytes(streams);
+  return writer.take();
+}
+
+void decode_coded(ByteReader& reader, std::span<TileOffset> points) {
+  const CodesOfAxes codes = get_codes(reader);
+  std::array<std::size_t, 3> num_bytes{};
+  num_bytes[0] = reader.get<std::uint32_t>();
+  num_bytes[1] = reader.get<std::uint32_t>();
+  const std::span<const std::byte> rest = reader.get_bytes(reader.remaining());
+  if (num_bytes[0] + num_bytes[1] > rest.size()) refuse("truncated");
+  num_bytes[2] = rest.size() - num_bytes[0] - num_bytes[1];
+  Bytes streams(rest.begin(), rest.end());
+  streams.resize(rest.size() + StreamReader::kPadding);
+
+  const std::byte* const begin = streams.data();
+  auto x = StreamReader::open(begin, num_bytes[0], codes[0]);
+  auto y = StreamReader::open(begin + num_bytes[0], num_bytes[1], codes[1]);
+  auto z = StreamReader::open(begin + num_bytes[0] + num_bytes[1], num_bytes[2], codes[2]);
+  if (!x || !y || !z) refuse("its codes are damaged");
+  // Three streams side by side, because each waits for its last number before the next.
+  TileOffset p;
+  for (TileOffset& point : points) {
+    p.x = static_cast<std::uint16_t>(p.x + unfold(x->next()));
+    p.y = static_cast<std::uint16_t>(p.y + unfold(y->next()));
+    p.z = static_cast<std::uint16_t>(p.z + unfold(z->next()));
+    point = p;
+  }
+  if (!x->is_at_end() || !y->is_at_end() || !z->is_at_end()) refuse("its streams are damaged");
+}
+
+void put_stored(ByteWriter& writer, std::span<const TileOffset> points) {
+  for (const TileOffset& p : points) {
+    writer.put(p.x);
+    writer.put(p.y);
+    writer.put(p.z);
   }
 }
 
-/// LZ4 of the planes, or nothing where that would not be shorter.
-Bytes compress(const Bytes& planes) {
-  Bytes packed(planes.size() - 1);
-  const int size = LZ4_compress_default(
-      reinterpret_cast<const char*>(planes.data()), reinterpret_cast<char*>(packed.data()),
-      static_cast<int>(planes.size()), static_cast<int>(packed.size()));
-  packed.resize(static_cast<std::size_t>(size));
-  return packed;
-}
-
-Bytes decompress(std::span<const std::byte> payload, std::size_t num_bytes) {
-  if (payload.size() >= num_bytes) refuse("longer than its points");
-  Bytes planes(num_bytes);
-  const int size = LZ4_decompress_safe(
-      reinterpret_cast<const char*>(payload.data()), reinterpret_cast<char*>(planes.data()),
-      static_cast<int>(payload.size()), static_cast<int>(planes.size()));
-  if (size != static_cast<int>(num_bytes)) refuse("the compressed points are damaged");
-  return planes;
+void decode_stored(ByteReader& reader, std::span<TileOffset> points) {
+  if (reader.remaining() != points.size() * kBytesPerPoint) {
+    refuse("its size does not fit its points");
+  }
+  for (TileOffset& p : points) {
+    p.x = reader.get<std::uint16_t>();
+    p.y = reader.get<std::uint16_t>();
+    p.z = reader.get<std::uint16_t>();
+  }
 }
 
 /// morton_code(p) < morton_code(q) without forming the codes or branching: this check is a good
@@ -102,16 +166,17 @@ Bytes encode_block(std::span<const TileOffset> points) {
     throw Error(ErrorCode::kInternal,
                 "a block cannot hold " + std::to_string(points.size()) + " points");
   }
-  Bytes planes(points.size() * kBytesPerPoint);
-  for (std::size_t axis = 0; axis < kAxes.size(); ++axis) {
-    split_axis(points, kAxes[axis], planes.data() + 2 * axis * points.size());
-  }
-  const Bytes packed = compress(planes);
+  const Bytes payload = coded(points);
+  const bool is_coded = payload.size() < points.size() * kBytesPerPoint;
   ByteWriter writer;
   writer.put(kFormat);
-  writer.put(packed.empty() ? kStored : kLz4);
+  writer.put(is_coded ? kCoded : kStored);
   writer.put(static_cast<std::uint16_t>(points.size() - 1));
-  writer.put_bytes(packed.empty() ? planes : packed);
+  if (is_coded) {
+    writer.put_bytes(payload);
+  } else {
+    put_stored(writer, points);
+  }
   return writer.take();
 }
 
@@ -120,16 +185,12 @@ std::vector<TileOffset> decode_block(std::span<const std::byte> bytes) {
   if (reader.get<std::uint8_t>() != kFormat) refuse("unknown format");
   const auto packing = reader.get<std::uint8_t>();
   const std::size_t num_points = std::size_t{reader.get<std::uint16_t>()} + 1;
-  const std::size_t num_bytes = num_points * kBytesPerPoint;
-  const std::span<const std::byte> payload = reader.get_bytes(reader.remaining());
-  if (packing > kLz4) refuse("unknown packing");
-  if (packing == kStored && payload.size() != num_bytes) refuse("its size does not fit its points");
-
-  const Bytes unpacked = packing == kLz4 ? decompress(payload, num_bytes) : Bytes();
-  const std::byte* const planes = packing == kLz4 ? unpacked.data() : payload.data();
+  if (packing > kCoded) refuse("unknown packing");
   std::vector<TileOffset> points(num_points);
-  for (std::size_t axis = 0; axis < kAxes.size(); ++axis) {
-    join_axis(planes + 2 * axis * num_points, kAxes[axis], points);
+  if (packing == kCoded) {
+    decode_coded(reader, points);
+  } else {
+    decode_stored(reader, points);
   }
   check_order(points);
   return points;

@@ -1,92 +1,49 @@
 #include "block_stager.hpp"
 
-#include <array>
-#include <bit>
+#include <utility>
 
 namespace gdfmap {
 namespace {
 
-/// Blocks of one transaction: large enough to make its cost small, small enough to end soon.
-constexpr std::size_t kBytesPerTransaction = std::size_t{4} << 20;
+/// What makes a batch worth a hand-over to another thread.
+constexpr std::size_t kPointsPerBatch = kMaxBlockPoints;
+constexpr std::size_t kBuffersPerBatch = 4096;
 
-/// The number whose bytes in memory are the little-endian ones of v.
-std::int64_t little_endian(std::int64_t v) {
-  if constexpr (std::endian::native == std::endian::little) return v;
-  return detail::swap_bytes(v);
-}
-
-/// Sum of the hashes of the points' lattice coordinates: the same for any order and division.
-Digest sum_of_hashes(const TileKey& tile, std::span<const TileOffset> points) {
-  const LatticePoint origin = tile_origin(tile);
-  Digest sum;
-  for (const TileOffset& p : points) {
-    const std::array<std::int64_t, 3> xyz{little_endian(origin.x + p.x),
-                                          little_endian(origin.y + p.y),
-                                          little_endian(origin.z + p.z)};
-    sum += hash128(std::as_bytes(std::span(xyz)));
-  }
-  return sum;
-}
-
-TileOffset offset_in_tile(const LatticePoint& p, const TileKey& tile) {
-  const LatticePoint origin = tile_origin(tile);
-  return {static_cast<std::uint16_t>(p.x - origin.x), static_cast<std::uint16_t>(p.y - origin.y),
-          static_cast<std::uint16_t>(p.z - origin.z)};
+/// A tile begins at a multiple of its 65536 steps, so that the low 16 bits are the offset.
+TileOffset offset_in_tile(const LatticePoint& p) {
+  static_assert(kStepsPerTileAxis == 1 << 16);
+  return {static_cast<std::uint16_t>(p.x & 0xffff), static_cast<std::uint16_t>(p.y & 0xffff),
+          static_cast<std::uint16_t>(p.z & 0xffff)};
 }
 
 }  // namespace
-
-NewBlock make_block(const TileKey& tile, std::vector<TileOffset>& points) {
-  NewBlock block;
-  block.tile = tile;
-  block.digest = sum_of_hashes(tile, points);
-  sort_unique(points);
-  for (const TileOffset& p : points) block.cubes.set(p.cube());
-  block.num_points = static_cast<std::uint32_t>(points.size());
-  block.data = encode_block(points);
-  return block;
-}
-
-BlockStager::BlockStager(PointStore& store, std::int64_t source, std::size_t buffer_bytes,
-                         const RunContext& context)
-    : store_(&store), source_(source), context_(&context), buffers_(buffer_bytes) {}
 
 void BlockStager::add(const LatticePoint& p) {
   if (!buffers_.has_room()) {
     stage(buffers_.largest());
     buffers_.forget_empty();
   }
-  const TileKey tile = tile_of(p);
-  const TileBuffers::Slot slot = buffers_.add(tile, offset_in_tile(p, tile));
-  if (buffers_.num_points(slot) == kMaxBlockPoints) stage(slot);
+  const TileBuffers::Slot slot = buffers_.add(tile_of(p), offset_in_tile(p));
+  if (buffers_.num_points(slot) == kMaxBlockPoints) stage(std::span(&slot, 1));
 }
 
-void BlockStager::finish() {
-  stage(buffers_.all());
-  append_pending();
-}
+void BlockStager::finish() { stage(buffers_.all()); }
 
-void BlockStager::stage(const std::vector<TileBuffers::Slot>& slots) {
-  for (const TileBuffers::Slot slot : slots) stage(slot);
-}
-
-void BlockStager::stage(TileBuffers::Slot slot) {
-  buffers_.take(slot, points_);
-  const std::size_t num_accepted = points_.size();
-  pending_.push_back(make_block(buffers_.tile(slot), points_));
-  const NewBlock& block = pending_.back();
-  num_stored_ += block.num_points;
-  num_duplicates_ += num_accepted - block.num_points;
-  pending_bytes_ += sizeof(NewBlock) + block.data.capacity();
-  if (pending_bytes_ >= kBytesPerTransaction) append_pending();
-}
-
-void BlockStager::append_pending() {
-  context_->throw_if_stopped();
-  if (pending_.empty()) return;
-  store_->append(source_, pending_);
-  pending_.clear();
-  pending_bytes_ = 0;
+void BlockStager::stage(std::span<const TileBuffers::Slot> slots) {
+  while (!slots.empty()) {
+    BufferBatch batch;
+    std::size_t num_points = 0;
+    for (const TileBuffers::Slot slot : slots) {
+      if (num_points >= kPointsPerBatch || batch.buffers.size() >= kBuffersPerBatch) break;
+      const auto count = static_cast<std::uint32_t>(buffers_.num_points(slot));
+      batch.buffers.push_back({buffers_.tile(slot), count});
+      num_points += count;
+    }
+    batch.points.reserve(num_points);
+    buffers_.take(slots.first(batch.buffers.size()), batch.points);
+    slots = slots.subspan(batch.buffers.size());
+    pipeline_->submit(std::move(batch));
+  }
 }
 
 }  // namespace gdfmap

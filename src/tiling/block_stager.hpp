@@ -1,50 +1,34 @@
 #pragma once
 
 #include <cstddef>
-#include <cstdint>
-#include <vector>
+#include <span>
 
 #include <gdfmap/core/lattice.hpp>
-#include <gdfmap/core/run_context.hpp>
 #include <gdfmap/tiling/point_store.hpp>
 
+#include "block_pipeline.hpp"
 #include "tile_buffers.hpp"
 
 namespace gdfmap {
 
-/// A finished buffer as a block: digest, occupied cubes, sorted, encoded. Sorts `points` in place.
-/// Pure, so that several may be made at the same time.
-[[nodiscard]] NewBlock make_block(const TileKey& tile, std::vector<TileOffset>& points);
-
-/// Turns a stream of lattice points into staged blocks of one source, in bounded memory. Not
-/// thread-safe. @throws Error from add and finish: what the store throws, kInterrupted when
-/// stopped.
+/// Turns a stream of lattice points into blocks of one source, in bounded memory: points are
+/// collected by tile, and buffers that are full, or the largest when there is no more room, go to a
+/// pipeline. What becomes a block depends on the points and buffer_bytes alone. Not thread-safe.
 class BlockStager {
  public:
-  BlockStager(PointStore& store, std::int64_t source, std::size_t buffer_bytes,
-              const RunContext& context);
+  BlockStager(BlockPipeline& pipeline, std::size_t buffer_bytes)
+      : pipeline_(&pipeline), buffers_(buffer_bytes) {}
 
+  /// @throws what the pipeline throws
   void add(const LatticePoint& p);
-  /// Stages what is left.
+  /// Submits what is left. @throws what the pipeline throws
   void finish();
 
-  [[nodiscard]] std::uint64_t num_stored() const { return num_stored_; }
-  [[nodiscard]] std::uint64_t num_duplicates() const { return num_duplicates_; }
-
  private:
-  void stage(const std::vector<TileBuffers::Slot>& slots);
-  void stage(TileBuffers::Slot slot);
-  void append_pending();
+  void stage(std::span<const TileBuffers::Slot> slots);
 
-  PointStore* store_;
-  std::int64_t source_;
-  const RunContext* context_;
+  BlockPipeline* pipeline_;
   TileBuffers buffers_;
-  std::vector<TileOffset> points_;  // of the buffer at hand
-  std::vector<NewBlock> pending_;
-  std::size_t pending_bytes_ = 0;
-  std::uint64_t num_stored_ = 0;
-  std::uint64_t num_duplicates_ = 0;
 };
 
 }  // namespace gdfmap

@@ -1,5 +1,9 @@
+#include <algorithm>
+
+#include <gdfmap/core/error.hpp>
 #include <gdfmap/tiling/point_store.hpp>
 
+#include "block_merge.hpp"
 #include "kPointsSchema.hpp"
 #include "point_store_impl.hpp"
 
@@ -7,22 +11,22 @@ namespace gdfmap {
 namespace {
 
 constexpr db::Schema kSchema{.application_id = 0x67646670,  // "gdfp"
-                             .major = 1,
+                             .major = 2,
                              .minor = 0,
                              .sql = kPointsSchema};
 
 /// What one published source has in one tile, after x, y and z of the tile.
 std::string tile_query(const char* rest) {
   // CROSS JOIN keeps the tiles in the outer loop, which then runs along their keys.
-  return std::string("SELECT t.x, t.y, t.z, s.voxel_size, ") + kSummaryColumns +
+  return std::string("SELECT t.x, t.y, t.z, s.voxel_steps, ") + kSummaryColumns +
          " FROM tiles t CROSS JOIN tile_sources ON tile = t.id JOIN sources s ON s.id = source"
          " WHERE s.published = 1 " +
          rest;
 }
 
-constexpr char kBlockQuery[] =
-    "SELECT b.id, s.id, s.path, b.num_points, b.checksum, b.data"
-    " FROM tiles t JOIN blocks b ON b.tile = t.id JOIN sources s ON s.id = b.source"
+const std::string kBlockQuery =
+    std::string("SELECT ") + kBlockColumns +
+    ", s.voxel_steps FROM tiles t JOIN blocks b ON b.tile = t.id JOIN sources s ON s.id = b.source"
     " WHERE t.x = ? AND t.y = ? AND t.z = ? AND s.published = 1 ORDER BY b.source, b.sequence";
 
 TileKey read_tile_key(const db::Statement& row) {
@@ -35,7 +39,7 @@ void add_source(const db::Statement& row, TilePoints& tile) {
   const TileSummary summary = read_summary(row, 4);
   ByteWriter hashed;
   hashed.put(summary.digest);
-  hashed.put(row.real(3));
+  hashed.put(row.integer(3));
   tile.digest += hash128(hashed.bytes());
   tile.cubes |= summary.cubes;
   tile.num_points += summary.num_points;
@@ -52,16 +56,20 @@ SourceRecord read_source(const db::Statement& row) {
   source.counts = {.num_read = count(5),
                    .num_stored = count(6),
                    .num_duplicates = count(7),
-                   .num_rejected_not_finite = count(8),
-                   .num_rejected_withheld = count(9),
-                   .num_rejected_zero = count(10),
-                   .num_rejected_out_of_range = count(11)};
+                   .num_thinned = count(8),
+                   .num_rejected_not_finite = count(9),
+                   .num_rejected_withheld = count(10),
+                   .num_rejected_zero = count(11),
+                   .num_rejected_out_of_range = count(12),
+                   .num_rejected_outside = count(13)};
+  source.voxel_steps = static_cast<int>(row.integer(14));
   return source;
 }
 
 constexpr char kSourceQuery[] =
     "SELECT id, path, parameters, identity, num_bytes, num_read, num_stored, num_duplicates,"
-    " num_rejected_not_finite, num_rejected_withheld, num_rejected_zero, num_rejected_out_of_range"
+    " num_thinned, num_rejected_not_finite, num_rejected_withheld, num_rejected_zero,"
+    " num_rejected_out_of_range, num_rejected_outside, voxel_steps"
     " FROM sources WHERE published = 1";
 
 std::string describe(const TileKey& key) {
@@ -69,20 +77,68 @@ std::string describe(const TileKey& key) {
          std::to_string(key.z) + ")";
 }
 
-/// Checks and decodes a row of kBlockQuery.
-std::vector<TileOffset> read_block(const db::Statement& row) {
-  const std::span<const std::byte> data = row.blob(5);
-  if (hash64(data) != static_cast<std::uint64_t>(row.integer(4))) {
+std::vector<TileOffset> checked_points(std::span<const std::byte> data, std::int64_t checksum,
+                                       std::int64_t num_points) {
+  if (hash64(data) != static_cast<std::uint64_t>(checksum)) {
     throw Error(ErrorCode::kCorrupt, "its checksum does not match");
   }
   std::vector<TileOffset> points = decode_block(data);
-  if (points.size() != static_cast<std::uint64_t>(row.integer(3))) {
+  if (points.size() != static_cast<std::uint64_t>(num_points)) {
     throw Error(ErrorCode::kCorrupt, "its number of points does not match");
   }
   return points;
 }
 
+/// How finely a source was thinned, and how many points all such sources have in a tile.
+struct VoxelSize {
+  int steps;
+  std::uint64_t num_points;
+};
+
+/// A source may come from a damaged file.
+int checked_voxel_steps(std::int64_t steps) {
+  if (steps < 0 || steps > kStepsPerCubeAxis) {
+    throw Error(ErrorCode::kCorrupt, "its source has impossible voxels");
+  }
+  return static_cast<int>(steps);
+}
+
+void add_points(std::vector<VoxelSize>& sizes, int steps, std::uint64_t num_points) {
+  const auto known = std::find_if(sizes.begin(), sizes.end(),
+                                  [&](const VoxelSize& size) { return size.steps == steps; });
+  if (known == sizes.end()) {
+    sizes.push_back({steps, num_points});
+  } else {
+    known->num_points += num_points;
+  }
+}
+
 }  // namespace
+
+std::vector<TileOffset> read_block(const db::Statement& row, const TileKey& key,
+                                   const std::filesystem::path& path) {
+  try {
+    return checked_points(row.blob(5), row.integer(4), row.integer(3));
+  } catch (const Error& error) {
+    throw Error(ErrorCode::kCorrupt, path.string() + ": " + describe(key) + ", block " +
+                                         std::to_string(row.integer(0)) + " of source " +
+                                         std::to_string(row.integer(1)) + " (" + row.text(2) +
+                                         ") is damaged: " + error.what());
+  }
+}
+
+IngestCounts& IngestCounts::operator+=(const IngestCounts& other) {
+  num_read += other.num_read;
+  num_stored += other.num_stored;
+  num_duplicates += other.num_duplicates;
+  num_thinned += other.num_thinned;
+  num_rejected_not_finite += other.num_rejected_not_finite;
+  num_rejected_withheld += other.num_rejected_withheld;
+  num_rejected_zero += other.num_rejected_zero;
+  num_rejected_out_of_range += other.num_rejected_out_of_range;
+  num_rejected_outside += other.num_rejected_outside;
+  return *this;
+}
 
 TileSummary read_summary(const db::Statement& row, int first_column) {
   const auto number = [&](int column) {
@@ -121,6 +177,8 @@ PointStore::PointStore(const std::filesystem::path& path, db::OpenMode mode,
 PointStore::~PointStore() = default;
 PointStore::PointStore(PointStore&&) noexcept = default;
 PointStore& PointStore::operator=(PointStore&&) noexcept = default;
+
+const std::filesystem::path& PointStore::path() const { return impl_->database.path(); }
 
 std::optional<std::string> PointStore::meta(const std::string& key) {
   db::Statement select(impl_->database, "SELECT value FROM meta WHERE key = ?");
@@ -174,17 +232,23 @@ void PointStore::for_each_block(const TileKey& key,
                                 const std::function<void(std::span<const TileOffset>)>& visit) {
   db::Statement& select = *impl_->select_blocks;
   const db::RewindGuard guard(select);
+  const auto voxel_steps = [&] { return checked_voxel_steps(select.integer(6)); };
+  std::vector<VoxelSize> sizes;
   for (select.bind(key.x, key.y, key.z); select.step();) {
-    std::vector<TileOffset> points;
-    try {
-      points = read_block(select);
-    } catch (const Error& error) {
-      throw Error(ErrorCode::kCorrupt, impl_->database.path().string() + ": " + describe(key) +
-                                           ", block " + std::to_string(select.integer(0)) +
-                                           " of source " + std::to_string(select.integer(1)) +
-                                           " (" + select.text(2) + ") is damaged: " + error.what());
+    if (voxel_steps() == 0) {
+      visit(read_block(select, key, impl_->database.path()));
+    } else {
+      add_points(sizes, voxel_steps(), static_cast<std::uint64_t>(select.integer(3)));
     }
-    visit(points);
+  }
+  for (const VoxelSize& size : sizes) {
+    const BlockScan scan = [&](const VisitPoints& visit_block) {
+      for (select.bind(key.x, key.y, key.z); select.step();) {
+        if (voxel_steps() != size.steps) continue;
+        visit_block(read_block(select, key, impl_->database.path()));
+      }
+    };
+    merge_blocks(scan, size.num_points, size.steps, visit);
   }
 }
 

@@ -26,6 +26,33 @@ inline constexpr int kNumSummaryColumns = 13;
 /// Reads kSummaryColumns, the first of which is the given one.
 [[nodiscard]] TileSummary read_summary(const db::Statement& row, int first_column);
 
+/// The columns of a block `b` of a source `s`, for read_block().
+inline constexpr char kBlockColumns[] = "b.id, s.id, s.path, b.num_points, b.checksum, b.data";
+
+/// Checks and decodes a row that begins with kBlockColumns. `key` is its tile, `path` the file.
+/// @throws Error kCorrupt naming file, tile, block and source
+[[nodiscard]] std::vector<TileOffset> read_block(const db::Statement& row, const TileKey& key,
+                                                 const std::filesystem::path& path);
+
+/// Deletes the sources that nobody published, or that were removed, with all their rows, in bounded
+/// transactions; asked to stop, it leaves the rest.
+void delete_unpublished(db::Database& database, const RunContext& context);
+
+/// Returns free pages to the file system, a bounded number a transaction, until asked to stop.
+void give_back_free_pages(db::Database& database, const RunContext& context);
+
+/// Makes commits durable while it lives; after that a crash of the machine may undo the last ones.
+class FullSync {
+ public:
+  explicit FullSync(db::Database& database);
+  ~FullSync();
+  FullSync(const FullSync&) = delete;
+  FullSync& operator=(const FullSync&) = delete;
+
+ private:
+  db::Database* database_;
+};
+
 /// The statements of append(), prepared once.
 class BlockInserter {
  public:

@@ -6,8 +6,9 @@ namespace {
 /// Faults found by queries whose every row is the text of one.
 constexpr const char* kCountChecks[] = {
     "SELECT 'source ' || id || ' (' || path || '): its counts do not add up' FROM sources "
-    "WHERE published = 1 AND num_read <> num_stored + num_duplicates + num_rejected_not_finite + "
-    "num_rejected_withheld + num_rejected_zero + num_rejected_out_of_range",
+    "WHERE published = 1 AND num_read <> num_stored + num_duplicates + num_thinned + "
+    "num_rejected_not_finite + num_rejected_withheld + num_rejected_zero + "
+    "num_rejected_out_of_range + num_rejected_outside",
 
     "SELECT 'source ' || id || ' (' || path || '): its tiles do not hold its number of points' "
     "FROM sources WHERE published = 1 AND num_stored <> "

@@ -10,32 +10,13 @@ constexpr std::int64_t kRowsPerTransaction = 4096;
 /// Pages that one transaction gives back to the file system.
 constexpr int kPagesPerTransaction = 4096;
 
-/// Makes commits durable while it lives; after that a crash of the machine may undo the last ones.
-class FullSync {
- public:
-  explicit FullSync(db::Database& database) : database_(&database) {
-    database.execute("PRAGMA synchronous = FULL");
-  }
-  ~FullSync() {
-    try {
-      database_->execute("PRAGMA synchronous = NORMAL");
-    } catch (const std::exception&) {
-      // Stays FULL: slower, and no less right.
-    }
-  }
-  FullSync(const FullSync&) = delete;
-  FullSync& operator=(const FullSync&) = delete;
-
- private:
-  db::Database* database_;
-};
-
 /// Deletes the rows of an unpublished source, tile by tile, in bounded transactions.
 class SourceDeleter {
  public:
-  SourceDeleter(db::Database& database, std::int64_t source)
+  SourceDeleter(db::Database& database, std::int64_t source, const RunContext& context)
       : database_(&database),
         source_(source),
+        context_(&context),
         next_tile_(database, "SELECT tile FROM tile_sources WHERE source = ? LIMIT 1"),
         delete_blocks_(database,
                        "DELETE FROM blocks WHERE id IN (SELECT id FROM blocks WHERE tile = ? AND "
@@ -48,6 +29,7 @@ class SourceDeleter {
 
   void run() {
     while (delete_some()) {
+      if (context_->stop_requested()) return;
     }
     db::Statement delete_source(*database_, "DELETE FROM sources WHERE id = ?");
     delete_source.bind(source_).run();
@@ -65,7 +47,9 @@ class SourceDeleter {
       next_tile_.rewind();
       if (more) num_rows += delete_from_tile(tile);
     }
+    failpoint("discard.before_commit");
     transaction.commit();
+    failpoint("discard.after_commit");
     return more;
   }
 
@@ -80,6 +64,7 @@ class SourceDeleter {
 
   db::Database* database_;
   std::int64_t source_;
+  const RunContext* context_;
   db::Statement next_tile_, delete_blocks_, delete_summary_, delete_tile_;
 };
 
@@ -93,20 +78,63 @@ std::string excluded_columns() {
   return columns;
 }
 
-void delete_unpublished(db::Database& database) {
-  std::vector<std::int64_t> ids;
-  db::Statement select(database, "SELECT id FROM sources WHERE published = 0");
-  while (select.step()) ids.push_back(select.integer(0));
-  for (const std::int64_t id : ids) SourceDeleter(database, id).run();
+/// Makes a source invisible. @throws Error kUsage unless it is published.
+void hide(db::Database& database, std::int64_t source) {
+  db::Statement update(database, "UPDATE sources SET published = 0 WHERE id = ? AND published = 1");
+  update.bind(source).run();
+  if (database.changes() != 1) {
+    throw Error(ErrorCode::kUsage,
+                database.path().string() + ": there is no source " + std::to_string(source));
+  }
 }
 
-void give_back_free_pages(db::Database& database) {
-  while (database.query_int("PRAGMA freelist_count") > 0) {
-    database.execute("PRAGMA incremental_vacuum(" + std::to_string(kPagesPerTransaction) + ")");
+/// Makes a source visible. @throws Error kUsage unless it was begun and is not published.
+void show(db::Database& database, const SourceRecord& source) {
+  const IngestCounts& counts = source.counts;
+  db::Statement update(
+      database,
+      "UPDATE sources SET identity = ?, num_bytes = ?, num_read = ?, num_stored = ?, "
+      "num_duplicates = ?, num_thinned = ?, num_rejected_not_finite = ?, "
+      "num_rejected_withheld = ?, num_rejected_zero = ?, num_rejected_out_of_range = ?, "
+      "num_rejected_outside = ?, published = 1 WHERE id = ? AND published = 0");
+  update
+      .bind(source.identity, source.num_bytes, counts.num_read, counts.num_stored,
+            counts.num_duplicates, counts.num_thinned, counts.num_rejected_not_finite,
+            counts.num_rejected_withheld, counts.num_rejected_zero,
+            counts.num_rejected_out_of_range, counts.num_rejected_outside, source.id)
+      .run();
+  if (database.changes() != 1) {
+    throw Error(ErrorCode::kUsage, database.path().string() + ": source " +
+                                       std::to_string(source.id) + " cannot be published");
   }
 }
 
 }  // namespace
+
+FullSync::FullSync(db::Database& database) : database_(&database) {
+  database.execute("PRAGMA synchronous = FULL");
+}
+
+FullSync::~FullSync() {
+  try {
+    database_->execute("PRAGMA synchronous = NORMAL");
+  } catch (const std::exception&) {
+    // Stays FULL: slower, and no less right.
+  }
+}
+
+void delete_unpublished(db::Database& database, const RunContext& context) {
+  std::vector<std::int64_t> ids;
+  db::Statement select(database, "SELECT id FROM sources WHERE published = 0");
+  while (select.step()) ids.push_back(select.integer(0));
+  for (const std::int64_t id : ids) SourceDeleter(database, id, context).run();
+}
+
+void give_back_free_pages(db::Database& database, const RunContext& context) {
+  while (!context.stop_requested() && database.query_int("PRAGMA freelist_count") > 0) {
+    database.execute("PRAGMA incremental_vacuum(" + std::to_string(kPagesPerTransaction) + ")");
+  }
+}
 
 void TileSummary::add(const NewBlock& block) {
   digest += block.digest;
@@ -168,10 +196,12 @@ void PointStore::set_meta(const std::string& key, const std::string& value) {
   put.bind(key, value).run();
 }
 
-std::int64_t PointStore::begin_source(const std::string& path, const std::string& parameters) {
-  delete_unpublished(impl_->database);
-  db::Statement insert(impl_->database, "INSERT INTO sources (path, parameters) VALUES (?, ?)");
-  insert.bind(path, parameters).run();
+std::int64_t PointStore::begin_source(const std::string& path, const std::string& parameters,
+                                      int voxel_steps) {
+  delete_unpublished(impl_->database, {});
+  db::Statement insert(impl_->database,
+                       "INSERT INTO sources (path, parameters, voxel_steps) VALUES (?, ?, ?)");
+  insert.bind(path, parameters, voxel_steps).run();
   return impl_->database.last_insert_id();
 }
 
@@ -184,53 +214,39 @@ void PointStore::append(std::int64_t source, std::span<const NewBlock> blocks) {
   failpoint("ingest.after_append");
 }
 
-void PointStore::publish(const SourceRecord& source) {
+void PointStore::publish(const SourceRecord& source, std::optional<std::int64_t> replaced) {
   if (find_source(source.identity)) {
     throw Error(ErrorCode::kUsage,
                 impl_->database.path().string() + ": " + source.path + " is published already");
   }
-  const IngestCounts& counts = source.counts;
   const FullSync full_sync(impl_->database);
   db::Transaction transaction(impl_->database);
-  db::Statement update(
-      impl_->database,
-      "UPDATE sources SET identity = ?, num_bytes = ?, num_read = ?, num_stored = ?, "
-      "num_duplicates = ?, num_rejected_not_finite = ?, num_rejected_withheld = ?, "
-      "num_rejected_zero = ?, num_rejected_out_of_range = ?, published = 1 "
-      "WHERE id = ? AND published = 0");
-  update
-      .bind(source.identity, source.num_bytes, counts.num_read, counts.num_stored,
-            counts.num_duplicates, counts.num_rejected_not_finite, counts.num_rejected_withheld,
-            counts.num_rejected_zero, counts.num_rejected_out_of_range, source.id)
-      .run();
-  if (impl_->database.changes() != 1) {
-    throw Error(ErrorCode::kUsage, impl_->database.path().string() + ": source " +
-                                       std::to_string(source.id) + " cannot be published");
-  }
+  if (replaced) hide(impl_->database, *replaced);
+  show(impl_->database, source);
   failpoint("ingest.before_publish");
   transaction.commit();
   failpoint("ingest.after_publish");
 }
 
-void PointStore::discard(std::int64_t source) {
+void PointStore::discard(std::int64_t source, const RunContext& context) {
   db::Statement is_published(impl_->database,
                              "SELECT 1 FROM sources WHERE id = ? AND published = 1");
   if (is_published.bind(source).step()) return;
   is_published.rewind();
-  SourceDeleter(impl_->database, source).run();
-  give_back_free_pages(impl_->database);
+  SourceDeleter(impl_->database, source, context).run();
+  give_back_free_pages(impl_->database, context);
 }
 
-void PointStore::remove(std::int64_t source) {
-  const FullSync full_sync(impl_->database);
-  db::Statement hide(impl_->database,
-                     "UPDATE sources SET published = 0 WHERE id = ? AND published = 1");
-  hide.bind(source).run();
-  if (impl_->database.changes() != 1) {
-    throw Error(ErrorCode::kUsage,
-                impl_->database.path().string() + ": there is no source " + std::to_string(source));
+void PointStore::remove(std::int64_t source, const RunContext& context) {
+  {
+    const FullSync full_sync(impl_->database);
+    db::Transaction transaction(impl_->database);
+    hide(impl_->database, source);
+    failpoint("remove.before_commit");
+    transaction.commit();
+    failpoint("remove.after_commit");
   }
-  discard(source);
+  discard(source, context);
 }
 
 }  // namespace gdfmap

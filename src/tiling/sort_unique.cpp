@@ -16,16 +16,6 @@ constexpr int kCodeBits = 48;
 constexpr std::size_t kMinShortDigits = 128;
 constexpr std::size_t kMinLongDigits = 8192;
 
-/// The inverse of spread_bits.
-constexpr std::uint64_t gather_bits(std::uint64_t v) {
-  v &= 0x1249249249249249;
-  v = (v | v >> 2) & 0x10c30c30c30c30c3;
-  v = (v | v >> 4) & 0x100f00f00f00f00f;
-  v = (v | v >> 8) & 0x1f0000ff0000ff;
-  v = (v | v >> 16) & 0x1f00000000ffff;
-  return (v | v >> 32) & 0x1fffff;
-}
-
 TileOffset from_code(std::uint64_t code) {
   return {static_cast<std::uint16_t>(gather_bits(code)),
           static_cast<std::uint16_t>(gather_bits(code >> 1)),

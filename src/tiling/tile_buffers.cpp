@@ -8,15 +8,30 @@ namespace {
 
 constexpr std::size_t kMinBuckets = 4096;
 
+/// Asks for a cache line ahead of its use, where the compiler knows how.
+template <typename T>
+void prefetch([[maybe_unused]] const T& value) {
+#if defined(__GNUC__)
+  __builtin_prefetch(&value);
+#endif
+}
+
 }  // namespace
 
 TileBuffers::TileBuffers(std::size_t max_bytes)
-    : max_tiles_(std::min<std::size_t>(max_bytes / (kBytesPerTile + sizeof(Chunk)), kNone)),
-      max_chunks_(max_tiles_),
+    : max_bytes_(std::min<std::size_t>(max_bytes, std::size_t{kNone} * kBytesPerTile)),
+      // Chunks are never given back: some room must stay for tiles that come after a crowd.
+      max_chunks_(max_bytes_ / 8 * 7 / sizeof(Chunk)),
       index_(kMinBuckets, kNone) {}
 
+std::size_t TileBuffers::max_tiles() const {
+  return (max_bytes_ - chunks_.size() * sizeof(Chunk)) / kBytesPerTile;
+}
+
 bool TileBuffers::has_room() const {
-  return (num_free_chunks_ > 0 || chunks_.size() < max_chunks_) && tiles_.size() < max_tiles_;
+  const std::size_t bytes = chunks_.size() * sizeof(Chunk) + tiles_.size() * kBytesPerTile;
+  if (num_free_chunks_ > 0) return bytes + kBytesPerTile <= max_bytes_;
+  return chunks_.size() < max_chunks_ && bytes + kBytesPerTile + sizeof(Chunk) <= max_bytes_;
 }
 
 TileBuffers::Slot TileBuffers::add(const TileKey& key, TileOffset point) {
@@ -41,6 +56,7 @@ std::uint32_t TileBuffers::new_chunk(std::uint32_t next) {
   if (chunk != kNone) {
     free_chunk_ = chunks_[chunk].next;
     --num_free_chunks_;
+    if (free_chunk_ != kNone) prefetch(chunks_[free_chunk_]);
   } else {
     chunk = static_cast<std::uint32_t>(chunks_.size());
     chunks_.grow();
@@ -75,24 +91,47 @@ void TileBuffers::rebuild_index(std::size_t num_buckets) {
   }
 }
 
-void TileBuffers::take(Slot slot, std::vector<TileOffset>& points) {
-  Tile& tile = tiles_[slot];
-  points.clear();
-  points.reserve(tile.num_points);
-  std::size_t in_chunk = (tile.num_points + kPointsPerChunk - 1) % kPointsPerChunk + 1;
-  while (tile.first_chunk != kNone) {
-    Chunk& chunk = chunks_[tile.first_chunk];
-    for (std::size_t i = 0; i < in_chunk; ++i) {
-      points.push_back({chunk.xyz[i][0], chunk.xyz[i][1], chunk.xyz[i][2]});
+void TileBuffers::take(std::span<const Slot> slots, std::vector<TileOffset>& points) {
+  std::size_t begin = points.size();
+  std::vector<Chain> chains;
+  chains.reserve(slots.size());
+  for (const Slot slot : slots) {
+    const std::size_t count = tiles_[slot].num_points;
+    if (count > 0) chains.push_back({&tiles_[slot], begin, (count - 1) % kPointsPerChunk + 1});
+    begin += count;
+  }
+  points.resize(begin);
+  // A chunk is most often not in the cache: while one chain waits for its next, others go on.
+  constexpr std::size_t kSideBySide = 16;
+  while (!chains.empty()) {
+    const std::size_t first = chains.size() - std::min(chains.size(), kSideBySide);
+    for (std::size_t i = chains.size(); i-- > first;) {
+      if (take_chunk(chains[i], points)) continue;
+      chains[i] = chains.back();
+      chains.pop_back();
     }
-    in_chunk = kPointsPerChunk;
-    const std::uint32_t next = chunk.next;
-    chunk.next = free_chunk_;
-    free_chunk_ = tile.first_chunk;
-    ++num_free_chunks_;
-    tile.first_chunk = next;
+  }
+}
+
+/// Moves the first chunk of a chain; false when it was the last.
+bool TileBuffers::take_chunk(Chain& chain, std::vector<TileOffset>& points) {
+  Tile& tile = *chain.tile;
+  Chunk& chunk = chunks_[tile.first_chunk];
+  for (std::size_t i = 0; i < chain.in_chunk; ++i) {
+    points[chain.to++] = {chunk.xyz[i][0], chunk.xyz[i][1], chunk.xyz[i][2]};
+  }
+  chain.in_chunk = kPointsPerChunk;
+  const std::uint32_t next = chunk.next;
+  chunk.next = free_chunk_;
+  free_chunk_ = tile.first_chunk;
+  ++num_free_chunks_;
+  tile.first_chunk = next;
+  if (next != kNone) {
+    prefetch(chunks_[next]);
+    return true;
   }
   tile.num_points = 0;
+  return false;
 }
 
 std::vector<TileBuffers::Slot> TileBuffers::occupied() const {
@@ -117,7 +156,8 @@ std::vector<TileBuffers::Slot> TileBuffers::largest() const {
   std::size_t tiles_left = slots.size();
   std::size_t chunks_left = chunks_.size() - num_free_chunks_;
   std::size_t count = 0;
-  while (count < slots.size() && (tiles_left > max_tiles_ / 2 || chunks_left > max_chunks_ / 2)) {
+  while (count < slots.size() &&
+         (tiles_left > max_tiles() / 2 || chunks_left > chunks_.size() / 2)) {
     --tiles_left;
     chunks_left -= num_chunks(num_points(slots[count++]));
   }

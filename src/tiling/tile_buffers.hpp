@@ -3,6 +3,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <memory>
+#include <span>
 #include <vector>
 
 #include <gdfmap/core/lattice.hpp>
@@ -58,8 +59,9 @@ class TileBuffers {
   /// Every buffer that holds points, in key order.
   [[nodiscard]] std::vector<Slot> all() const;
 
-  /// Moves the points of a buffer, in no particular order, into `points`; the buffer is empty then.
-  void take(Slot slot, std::vector<TileOffset>& points);
+  /// Appends the points of these buffers to `points`, one buffer after the other, those of each in
+  /// an order that depends on the buffer alone; the buffers are empty then. No slot twice.
+  void take(std::span<const Slot> slots, std::vector<TileOffset>& points);
   /// Makes room for other tiles where buffers are empty.
   void forget_empty();
 
@@ -83,6 +85,16 @@ class TileBuffers {
   /// sorts it.
   static constexpr std::size_t kBytesPerTile = sizeof(Tile) + 8 * sizeof(Slot);
 
+  /// A buffer on its way out.
+  struct Chain {
+    Tile* tile;
+    std::size_t to;        ///< where its next point goes
+    std::size_t in_chunk;  ///< points in its first chunk
+  };
+  bool take_chunk(Chain& chain, std::vector<TileOffset>& points);
+
+  /// Beside the chunks that there are.
+  [[nodiscard]] std::size_t max_tiles() const;
   [[nodiscard]] static std::size_t num_chunks(std::size_t num_points);
   [[nodiscard]] Slot find_or_add(const TileKey& tile);
   [[nodiscard]] std::uint32_t new_chunk(std::uint32_t next);
@@ -91,8 +103,8 @@ class TileBuffers {
   [[nodiscard]] std::vector<Slot> occupied() const;
   void sort_by_key(std::vector<Slot>& slots) const;
 
-  std::size_t max_tiles_;
-  std::size_t max_chunks_;  // as many: every tile may come to hold a single chunk
+  std::size_t max_bytes_;
+  std::size_t max_chunks_;
   SlabArray<Chunk> chunks_;
   std::uint32_t free_chunk_ = kNone;
   std::size_t num_free_chunks_ = 0;  // in the chain of free_chunk_

@@ -1,3 +1,6 @@
+#include <filesystem>
+#include <fstream>
+
 #include <gtest/gtest.h>
 
 #include <gdfmap/core/error.hpp>
@@ -53,6 +56,16 @@ TEST_F(BuildTest, RefusesAMapOfAnotherCloudAndLeavesItAlone) {
   EXPECT_THROW(build(configuration_), Error);
   Map map = Map::open(directory_ / "out.gdfmap", Access::kRead);
   EXPECT_EQ(map.points().sources().size(), 1u);
+}
+
+TEST_F(BuildTest, ACloudThatCannotBeReadLeavesNoMap) {
+  configuration_.input_file = directory_ / "missing.ply";
+  EXPECT_THROW(build(configuration_), Error);
+  EXPECT_FALSE(std::filesystem::exists(directory_ / "out.gdfmap"));
+  std::ofstream(directory_ / "damaged.xyz") << "1 2 3\n1 2 three\n";
+  configuration_.input_file = directory_ / "damaged.xyz";
+  EXPECT_THROW(build(configuration_), Error);
+  EXPECT_FALSE(std::filesystem::exists(directory_ / "out.gdfmap"));
 }
 
 TEST_F(BuildTest, NeedsInputAndOutput) {

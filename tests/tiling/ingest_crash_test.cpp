@@ -114,20 +114,69 @@ TEST_F(IngestCrashTest, AFailureBeforePublicationLeavesNothingAndOneAfterItLoses
   EXPECT_TRUE(store.verify(true).empty());
 }
 
-TEST_F(IngestCrashTest, AFullDiskIsSaidAndLeavesThePublishedSources) {
-  std::filesystem::create_directory(path("small"));
-  if (::mount("tmpfs", path("small").c_str(), "tmpfs", 0, "size=6m") != 0) {
+/// A file system of four megabytes.
+class SmallDisk {
+ public:
+  explicit SmallDisk(std::filesystem::path directory) : directory_(std::move(directory)) {
+    std::filesystem::create_directory(directory_);
+    mounted_ = ::mount("tmpfs", directory_.c_str(), "tmpfs", 0, "size=4m") == 0;
+  }
+  ~SmallDisk() {
+    if (mounted_) ::umount2(directory_.c_str(), MNT_DETACH);
+  }
+  SmallDisk(const SmallDisk&) = delete;
+  SmallDisk& operator=(const SmallDisk&) = delete;
+
+  [[nodiscard]] bool is_mounted() const { return mounted_; }
+
+ private:
+  std::filesystem::path directory_;
+  bool mounted_ = false;
+};
+
+TEST_F(IngestCrashTest, ACloudForWhichThereIsNoRoomIsRefusedBeforeItIsRead) {
+  const SmallDisk disk(path("small"));
+  if (!disk.is_mounted()) {
     GTEST_SKIP() << "a small file system cannot be mounted: " << std::strerror(errno);
   }
-  struct Unmount {
-    std::filesystem::path directory;
-    ~Unmount() { ::umount2(directory.c_str(), MNT_DETACH); }
-  } const unmount{path("small")};
+  PointStore store = create("small/points.db");
+  MemoryReader reader(cloud());
+  const Error error = error_of(
+      [&] { static_cast<void>(ingest_points(reader, "big.ply", kLattice, store, {}, {})); });
+  EXPECT_EQ(error.code(), ErrorCode::kIo);
+  EXPECT_NE(std::string(error.what()).find("big.ply: its 1200000 points need about 10 MiB"),
+            std::string::npos)
+      << error.what();
+  EXPECT_NE(std::string(error.what()).find("small"), std::string::npos) << error.what();
+  EXPECT_EQ(db::Database(path("small/points.db"), db::OpenMode::kRead)
+                .query_int("SELECT count(*) FROM sources"),
+            0);
+  IngestOptions options;  // of a part nobody knows the size
+  options.region = Box3(Vector3(0, 0, -50), Vector3(1, 1, 50));
+  MemoryReader again(cloud());
+  EXPECT_FALSE(ingest_points(again, "big.ply", kLattice, store, options, {}).already_present);
+}
+
+TEST_F(IngestCrashTest, AFullDiskIsSaidAndLeavesThePublishedSources) {
+  class SilentReader : public MemoryReader {  // as text files and pipes, which declare no number
+   public:
+    using MemoryReader::MemoryReader;
+    [[nodiscard]] const CloudInfo& info() const override { return none_; }
+
+   private:
+    CloudInfo none_;
+  };
+  const SmallDisk disk(path("small"));
+  if (!disk.is_mounted()) {
+    GTEST_SKIP() << "a small file system cannot be mounted: " << std::strerror(errno);
+  }
   const std::vector<Vector3> small = wavy_surface(10'000, 23);
   PointStore store = create("small/points.db");
   ingest(small, store);
   const Content before = content_of(store);
-  const Error error = error_of([&] { ingest(cloud(), store); });
+  SilentReader reader(cloud());
+  const Error error =
+      error_of([&] { static_cast<void>(ingest_points(reader, "pipe", kLattice, store, {}, {})); });
   EXPECT_EQ(error.code(), ErrorCode::kIo);
   EXPECT_NE(std::string(error.what()).find("full"), std::string::npos) << error.what();
   EXPECT_EQ(content_of(store), before);

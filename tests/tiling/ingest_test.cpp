@@ -106,7 +106,7 @@ TEST_F(IngestTest, TheDigestOfATileFollowsFromItsPoints) {
   points += once;
   ByteWriter writer;
   writer.put(points);
-  writer.put(0.0);
+  writer.put(std::int64_t{0});
   EXPECT_EQ(store.find_tile({0, 0, 0, 0})->digest, hash128(writer.bytes()));
 }
 
@@ -145,10 +145,12 @@ TEST_F(IngestTest, CountsRejectedPointsByReason) {
   EXPECT_EQ(report.source.counts, (IngestCounts{.num_read = 9,
                                                 .num_stored = 2,
                                                 .num_duplicates = 1,
+                                                .num_thinned = 0,
                                                 .num_rejected_not_finite = 2,
                                                 .num_rejected_withheld = 0,
                                                 .num_rejected_zero = 2,
-                                                .num_rejected_out_of_range = 2}));
+                                                .num_rejected_out_of_range = 2,
+                                                .num_rejected_outside = 0}));
   EXPECT_EQ(report.num_zero, 2u);
 }
 
@@ -293,7 +295,7 @@ TEST_F(IngestTest, AnEmptyCloudIsASourceWithoutPoints) {
 TEST_F(IngestTest, ABudgetThatOverflowsLosesNothing) {
   // More points than the buffers of the least budget hold: the largest are emptied on the way.
   PointStore store = create();
-  std::vector<Vector3> points = wavy_surface(4'000'000, 11, 200.0);
+  std::vector<Vector3> points = wavy_surface(5'500'000, 11, 200.0);
   points.insert(points.end(), points.begin(), points.begin() + 10'000);
   const RunContext context{.memory_bytes = kMinMemoryBytes};
   const IngestCounts counts = ingest(points, store, {}, context).source.counts;
@@ -311,7 +313,7 @@ TEST_F(IngestTest, ABudgetThatOverflowsLosesNothing) {
   store.for_each_tile([&](const TilePoints& tile) {
     ByteWriter writer;
     writer.put(expected.at(tile.key));
-    writer.put(0.0);
+    writer.put(std::int64_t{0});
     ASSERT_EQ(tile.digest, hash128(writer.bytes()));
     ++num_tiles;
   });

@@ -57,13 +57,15 @@ TEST_F(PointStoreTest, KeepsWhatItIsTold) {
     const std::int64_t id = store.begin_source("dir/a cloud.ply", "scale=2");
     store.append(id, std::vector{block_of({0, 1, 2, 3}, {{1, 2, 3}, {9000, 0, 0}})});
     SourceRecord source = record(id, 7, 2);
-    source.counts = {.num_read = 21,
+    source.counts = {.num_read = 36,
                      .num_stored = 2,
                      .num_duplicates = 3,
+                     .num_thinned = 8,
                      .num_rejected_not_finite = 1,
                      .num_rejected_withheld = 4,
                      .num_rejected_zero = 5,
-                     .num_rejected_out_of_range = 6};
+                     .num_rejected_out_of_range = 6,
+                     .num_rejected_outside = 7};
     store.publish(source);
   }
   PointStore store(path(), db::OpenMode::kRead);
@@ -74,9 +76,10 @@ TEST_F(PointStoreTest, KeepsWhatItIsTold) {
   EXPECT_EQ(source.parameters, "scale=2");
   EXPECT_EQ(source.identity, (Digest{7, ~std::uint64_t{7}}));
   EXPECT_EQ(source.num_bytes, 107u);
-  EXPECT_EQ(source.counts.num_read, 21u);
+  EXPECT_EQ(source.counts.num_read, 36u);
   EXPECT_EQ(source.counts.num_duplicates, 3u);
-  EXPECT_EQ(source.counts.num_rejected(), 16u);
+  EXPECT_EQ(source.counts.num_thinned, 8u);
+  EXPECT_EQ(source.counts.num_rejected(), 23u);
   EXPECT_EQ(store.find_source(source.identity)->id, source.id);
   EXPECT_FALSE(store.find_source({1, 2}));
   EXPECT_TRUE(store.has_source_of_size(107));
@@ -224,7 +227,7 @@ TEST_F(PointStoreTest, AReaderSeesEachPublicationWhileTheWriterGoesOn) {
 
 TEST_F(PointStoreTest, AMapAtRestIsOnePlainFile) {
   { publish(*std::make_unique<PointStore>(create()), 1, {block_of({0, 0, 0, 0}, {{1, 2, 3}})}); }
-  EXPECT_EQ(std::distance(std::filesystem::directory_iterator(directory_),
+  EXPECT_EQ(std::distance(std::filesystem::directory_iterator(directory_.path()),
                           std::filesystem::directory_iterator()),
             1);
   PointStore reader(path(), db::OpenMode::kImmutable);
@@ -307,10 +310,10 @@ TEST_F(PointStoreTest, ForeignFilesAreRefused) {
 
 TEST_F(PointStoreTest, AnotherMajorVersionIsRefused) {
   { const PointStore store = create(); }
-  db::Database(path(), db::OpenMode::kWrite).execute("PRAGMA user_version = 2000");
+  db::Database(path(), db::OpenMode::kWrite).execute("PRAGMA user_version = 3000");
   const Error error = error_of([&] { const PointStore store(path(), db::OpenMode::kWrite); });
   EXPECT_EQ(error.code(), ErrorCode::kCorrupt);
-  EXPECT_EQ(error.what(), path().string() + " has format version 2, this build reads version 1");
+  EXPECT_EQ(error.what(), path().string() + " has format version 3, this build reads version 2");
 }
 
 TEST_F(PointStoreTest, ListingAndLookupUseIndices) {

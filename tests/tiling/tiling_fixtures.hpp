@@ -10,22 +10,17 @@
 #include <vector>
 
 #include <gtest/gtest.h>
-#include <unistd.h>
 
 #include <gdfmap/core/error.hpp>
 #include <gdfmap/tiling/ingest.hpp>
+
+#include "support/temporary_directory.hpp"
 
 namespace gdfmap {
 
 /// A directory of one test, deleted with it.
 class TilingTest : public testing::Test {
  protected:
-  TilingTest() {
-    std::string pattern = testing::TempDir() + "gdfmap_tiling_XXXXXX";
-    directory_ = ::mkdtemp(pattern.data());
-  }
-  ~TilingTest() override { std::filesystem::remove_all(directory_); }
-
   [[nodiscard]] std::filesystem::path path(const std::string& name = "points.db") const {
     return directory_ / name;
   }
@@ -33,7 +28,7 @@ class TilingTest : public testing::Test {
     return {path(name), db::OpenMode::kCreate};
   }
 
-  std::filesystem::path directory_;
+  test::TemporaryDirectory directory_;
 };
 
 /// A cloud in memory; its identity is the hash of its coordinates.

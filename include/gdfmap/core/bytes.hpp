@@ -39,6 +39,13 @@ template <WireNumber T>
   return order == std::endian::native ? value : detail::swap_bytes(value);
 }
 
+/// Writes a little-endian number at any address.
+template <WireNumber T>
+void store(std::byte* to, T value) {
+  if constexpr (std::endian::native != std::endian::little) value = detail::swap_bytes(value);
+  std::memcpy(to, &value, sizeof(T));
+}
+
 /// Appends little-endian fields to a buffer.
 class ByteWriter {
  public:

@@ -15,6 +15,16 @@ namespace gdfmap {
   return v;
 }
 
+/// The inverse of spread_bits: gathers every third bit, from the lowest on.
+[[nodiscard]] constexpr std::uint64_t gather_bits(std::uint64_t v) {
+  v &= 0x1249249249249249;
+  v = (v | v >> 2) & 0x10c30c30c30c30c3;
+  v = (v | v >> 4) & 0x100f00f00f00f00f;
+  v = (v | v >> 8) & 0x1f0000ff0000ff;
+  v = (v | v >> 16) & 0x1f00000000ffff;
+  return (v | v >> 32) & 0x1fffff;
+}
+
 /// Interleaves the low 21 bits of each coordinate, x in the lowest place.
 [[nodiscard]] constexpr std::uint64_t morton_code(std::uint64_t x, std::uint64_t y,
                                                   std::uint64_t z) {

@@ -12,7 +12,8 @@ struct Progress {
   const char* stage = "";  ///< what is counted: "points", "tiles", "cubes"
   std::uint64_t done = 0;
   std::uint64_t total = 0;
-  std::string detail;  ///< further figures for people, may be empty
+  std::string detail;      ///< further figures for people, may be empty
+  double fraction = -1.0;  ///< of the work that is done, where `total` is 0; negative: not known
 };
 
 enum class Severity { kInfo, kWarning };

@@ -37,6 +37,9 @@ class PointReader {
   /// Points that the file itself marks as withheld (LAS), passed over so far.
   [[nodiscard]] virtual std::uint64_t num_withheld() const { return 0; }
 
+  /// Share of the file's bytes that was consumed so far, 0 to 1; empty where its size is not known.
+  [[nodiscard]] virtual std::optional<double> fraction_read() const { return std::nullopt; }
+
   /// XXH3-128 of all bytes of the file. Call it last: it consumes what is left, nothing can be read
   /// afterwards.
   [[nodiscard]] virtual Digest identity() = 0;

@@ -28,8 +28,9 @@ inline constexpr std::size_t kMaxBlockPoints = std::size_t{1} << 16;
 /// Sorts points by Morton code and removes duplicates, in place. Radix sort on precomputed codes.
 void sort_unique(std::vector<TileOffset>& points);
 
-/// Bytes of a block, as schema/block_format.md specifies: Morton-sorted, delta per axis, bytes
-/// shuffled into planes, LZ4. `points` are as sort_unique leaves them, at most kMaxBlockPoints.
+/// Bytes of a block, as schema/block_format.md specifies: Morton-sorted, differences along each
+/// axis in a prefix code of their length. `points` are as sort_unique leaves them, at most
+/// kMaxBlockPoints.
 [[nodiscard]] Bytes encode_block(std::span<const TileOffset> points);
 
 /// The points of a block. @throws Error kCorrupt for any bytes that encode_block cannot have

@@ -12,25 +12,29 @@
 #include <gdfmap/core/cube_mask.hpp>
 #include <gdfmap/core/hash.hpp>
 #include <gdfmap/core/lattice.hpp>
+#include <gdfmap/core/run_context.hpp>
 #include <gdfmap/db/database.hpp>
 #include <gdfmap/tiling/block_codec.hpp>
 
 namespace gdfmap {
 
-/// What became of the points of one source: read = stored + duplicates + rejected.
+/// What became of the points of one source: read = stored + duplicates + thinned + rejected.
 struct IngestCounts {
   std::uint64_t num_read = 0;
   std::uint64_t num_stored = 0;
   std::uint64_t num_duplicates = 0;             ///< equal to another point of their block
+  std::uint64_t num_thinned = 0;                ///< given up for another point of their voxel
   std::uint64_t num_rejected_not_finite = 0;    ///< NaN or infinite
   std::uint64_t num_rejected_withheld = 0;      ///< marked by the file (LAS)
   std::uint64_t num_rejected_zero = 0;          ///< exactly (0, 0, 0), with drop_zero
   std::uint64_t num_rejected_out_of_range = 0;  ///< beyond the lattice
+  std::uint64_t num_rejected_outside = 0;       ///< not in the region asked for
 
   [[nodiscard]] std::uint64_t num_rejected() const {
     return num_rejected_not_finite + num_rejected_withheld + num_rejected_zero +
-           num_rejected_out_of_range;
+           num_rejected_out_of_range + num_rejected_outside;
   }
+  IngestCounts& operator+=(const IngestCounts& other);
   bool operator==(const IngestCounts&) const = default;
 };
 
@@ -39,6 +43,7 @@ struct SourceRecord {
   std::int64_t id = 0;
   std::string path;        ///< as given, for people
   std::string parameters;  ///< canonical text of scale, transform and filters, part of the identity
+  int voxel_steps = 0;     ///< edge of a thinning voxel in quantisation steps; 0: not thinned
   Digest identity;         ///< of the file's bytes and the parameters
   std::uint64_t num_bytes = 0;
   IngestCounts counts;
@@ -50,7 +55,7 @@ struct TilePoints {
   CubeMask cubes;
   Digest
       digest;  ///< of the tile's point set: independent of order, blocks and duplicates in a block
-  std::uint64_t num_points = 0;  ///< stored, over all blocks; duplicates between blocks counted
+  std::uint64_t num_points = 0;  ///< stored, over all blocks; what they share is counted again
 };
 
 /// A block on its way into the store.
@@ -58,8 +63,15 @@ struct NewBlock {
   TileKey tile;
   std::uint32_t num_points = 0;
   CubeMask cubes;
-  Digest digest;  ///< sum of the hashes of every accepted point, duplicates included
+  Digest digest;  ///< sum of the hashes of every accepted point, whether it was stored or not
   Bytes data;
+};
+
+/// What compact() did.
+struct CompactReport {
+  std::uint64_t num_merged = 0;  ///< pairs of tile and source whose blocks were merged
+  std::uint64_t num_blocks_before = 0, num_blocks_after = 0;  ///< all published blocks
+  std::uint64_t file_bytes_before = 0, file_bytes_after = 0;  ///< of the database
 };
 
 /// points.db: sources and their compressed point blocks (schema/points.sql). One writer at a time
@@ -76,6 +88,8 @@ class PointStore {
   PointStore(PointStore&&) noexcept;
   PointStore& operator=(PointStore&&) noexcept;
 
+  [[nodiscard]] const std::filesystem::path& path() const;
+
   /// Free text kept beside the data: "map_id", "geometry". Empty where the key was never set.
   [[nodiscard]] std::optional<std::string> meta(const std::string& key);
   void set_meta(const std::string& key, const std::string& value);
@@ -84,21 +98,32 @@ class PointStore {
   /// every reader until publish() commits, with synchronous=FULL.
   /// @{
   /// Deletes whatever an interrupted ingest left and returns the id of a new unpublished source.
-  [[nodiscard]] std::int64_t begin_source(const std::string& path, const std::string& parameters);
+  [[nodiscard]] std::int64_t begin_source(const std::string& path, const std::string& parameters,
+                                          int voxel_steps = 0);
   /// One transaction. Fastest where the blocks come in the order of their tiles' keys.
   void append(std::int64_t source, std::span<const NewBlock> blocks);
-  /// Sets the source's identity, size and counts and makes it visible, in one transaction. Its path
-  /// and parameters stay as begin_source() got them. @throws Error kUsage unless the source was
-  /// begun and is not published, and when one of this identity is.
-  void publish(const SourceRecord& source);
+  /// Sets the source's identity, size and counts and makes it visible, in one transaction, in which
+  /// `replaced` vanishes; its rows stay until discard(). Path, parameters and voxels stay as
+  /// begin_source() got them. @throws Error kUsage unless the source was begun and is not
+  /// published, when one of this identity is, and unless `replaced` is published.
+  void publish(const SourceRecord& source, std::optional<std::int64_t> replaced = std::nullopt);
   /// Deletes the rows of an unpublished source in bounded transactions and gives their room back to
-  /// the file system. A published source stays as it is.
-  void discard(std::int64_t source);
+  /// the file system. A published source stays as it is. Asked to stop, it leaves the rest to the
+  /// next writer.
+  void discard(std::int64_t source, const RunContext& context = {});
   /// @}
 
   /// Deletes a published source: it vanishes at once, in one transaction with synchronous=FULL,
   /// then its rows go as discard() does it. @throws Error kUsage when there is no such source.
-  void remove(std::int64_t source);
+  void remove(std::int64_t source, const RunContext& context = {});
+
+  /// Merges the blocks that a source has in a tile, wherever that makes fewer or smaller ones, and
+  /// gives the room back to the file system. Neither a point set nor a digest changes; what blocks
+  /// of one source shared is now counted as duplicate or thinned. In transactions of a few
+  /// megabytes, or of one source's part of one tile; asked to stop, it ends after one, and goes on
+  /// when it is called again. Memory: a million points, or those of the fullest cube.
+  /// @throws Error kCorrupt naming a damaged block, which stays; what was merged before it stays.
+  CompactReport compact(const RunContext& context = {});
 
   /// Published sources by id.
   [[nodiscard]] std::vector<SourceRecord> sources();
@@ -109,9 +134,11 @@ class PointStore {
   void for_each_tile(const std::function<void(const TilePoints&)>& visit);
   [[nodiscard]] std::optional<TilePoints> find_tile(const TileKey& key);
 
-  /// Decodes the published blocks of a tile one after the other, in the order of source and
-  /// arrival. A point may come again in a later block. `visit` may use the other members, this one
-  /// excepted.
+  /// Visits the points of a tile in pieces: the published blocks of sources that are not thinned,
+  /// in the order of source and arrival, then for every size of voxel what is left of all sources
+  /// that have it. A point may come again in a later piece. `visit` may use the other members, this
+  /// one excepted. Memory: a block; where sources are thinned, a million points or those of the
+  /// fullest cube.
   /// @throws Error kCorrupt naming tile, block and source when a block is damaged.
   void for_each_block(const TileKey& key,
                       const std::function<void(std::span<const TileOffset>)>& visit);

@@ -2,9 +2,9 @@
 
 #include <gdfmap/map/map.hpp>
 
-namespace gdfmap::cli {
+namespace gdfmap {
 
-/// Removes a map that was made just now when the subcommand fails before the map holds anything.
+/// Removes a map that was made just now when the work on it fails before the map holds anything.
 /// Declare it after the map: the map's lock is then still held, so that nobody can add to it.
 class NewMapGuard {
  public:
@@ -20,4 +20,4 @@ class NewMapGuard {
   bool armed_;
 };
 
-}  // namespace gdfmap::cli
+}  // namespace gdfmap

@@ -1,9 +1,9 @@
-#include "new_map_guard.hpp"
-
 #include <exception>
 #include <filesystem>
 
-namespace gdfmap::cli {
+#include <gdfmap/pipeline/new_map_guard.hpp>
+
+namespace gdfmap {
 
 NewMapGuard::~NewMapGuard() {
   if (!armed_) return;
@@ -14,4 +14,4 @@ NewMapGuard::~NewMapGuard() {
   }
 }
 
-}  // namespace gdfmap::cli
+}  // namespace gdfmap
