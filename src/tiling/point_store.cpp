@@ -20,8 +20,8 @@ std::string tile_query(const char* rest) {
          rest;
 }
 
-constexpr char kBlockQuery[] =
-    "SELECT b.id, s.id, s.path, b.num_points, b.checksum, b.data"
+const std::string kBlocksOfTileQuery =
+    std::string("SELECT ") + kBlockColumns +
     " FROM tiles t JOIN blocks b ON b.tile = t.id JOIN sources s ON s.id = b.source"
     " WHERE t.x = ? AND t.y = ? AND t.z = ? AND s.published = 1 ORDER BY b.source, b.sequence";
 
@@ -64,24 +64,6 @@ constexpr char kSourceQuery[] =
     " num_rejected_not_finite, num_rejected_withheld, num_rejected_zero, num_rejected_out_of_range"
     " FROM sources WHERE published = 1";
 
-std::string describe(const TileKey& key) {
-  return "tile (" + std::to_string(key.x) + ", " + std::to_string(key.y) + ", " +
-         std::to_string(key.z) + ")";
-}
-
-/// Checks and decodes a row of kBlockQuery.
-std::vector<TileOffset> read_block(const db::Statement& row) {
-  const std::span<const std::byte> data = row.blob(5);
-  if (hash64(data) != static_cast<std::uint64_t>(row.integer(4))) {
-    throw Error(ErrorCode::kCorrupt, "its checksum does not match");
-  }
-  std::vector<TileOffset> points = decode_block(data);
-  if (points.size() != static_cast<std::uint64_t>(row.integer(3))) {
-    throw Error(ErrorCode::kCorrupt, "its number of points does not match");
-  }
-  return points;
-}
-
 }  // namespace
 
 TileSummary read_summary(const db::Statement& row, int first_column) {
@@ -98,13 +80,34 @@ TileSummary read_summary(const db::Statement& row, int first_column) {
   return summary;
 }
 
+std::vector<TileOffset> read_block(const db::Statement& row) {
+  try {
+    const std::span<const std::byte> data = row.blob(8);
+    if (hash64(data) != static_cast<std::uint64_t>(row.integer(7))) {
+      throw Error(ErrorCode::kCorrupt, "its checksum does not match");
+    }
+    std::vector<TileOffset> points = decode_block(data);
+    if (points.size() != static_cast<std::uint64_t>(row.integer(6))) {
+      throw Error(ErrorCode::kCorrupt, "its number of points does not match");
+    }
+    return points;
+  } catch (const Error& error) {
+    throw Error(ErrorCode::kCorrupt, block_name(row) + " is damaged: " + error.what());
+  }
+}
+
+std::string block_name(const db::Statement& row) {
+  return "tile (" + row.text(0) + ", " + row.text(1) + ", " + row.text(2) + "), block " +
+         row.text(3) + " of source " + row.text(4) + " (" + row.text(5) + ")";
+}
+
 PointStore::Impl::Impl(const std::filesystem::path& path, db::OpenMode mode,
                        std::size_t cache_bytes)
     : database(path, mode), writes(mode == db::OpenMode::kCreate || mode == db::OpenMode::kWrite) {
   db::prepare_schema(database, kSchema, mode);
   if (writes) db::configure_writer(database, cache_bytes);
   select_tile.emplace(database, tile_query("AND t.x = ? AND t.y = ? AND t.z = ?"));
-  select_blocks.emplace(database, kBlockQuery);
+  select_blocks.emplace(database, kBlocksOfTileQuery);
 }
 
 PointStore::Impl::~Impl() {
@@ -179,10 +182,7 @@ void PointStore::for_each_block(const TileKey& key,
     try {
       points = read_block(select);
     } catch (const Error& error) {
-      throw Error(ErrorCode::kCorrupt, impl_->database.path().string() + ": " + describe(key) +
-                                           ", block " + std::to_string(select.integer(0)) +
-                                           " of source " + std::to_string(select.integer(1)) +
-                                           " (" + select.text(2) + ") is damaged: " + error.what());
+      throw Error(ErrorCode::kCorrupt, impl_->database.path().string() + ": " + error.what());
     }
     visit(points);
   }

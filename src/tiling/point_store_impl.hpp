@@ -26,6 +26,17 @@ inline constexpr int kNumSummaryColumns = 13;
 /// Reads kSummaryColumns, the first of which is the given one.
 [[nodiscard]] TileSummary read_summary(const db::Statement& row, int first_column);
 
+/// The columns of a block `b` of a tile `t` and a source `s`, and how many they are.
+inline constexpr char kBlockColumns[] =
+    "t.x, t.y, t.z, b.id, s.id, s.path, b.num_points, b.checksum, b.data";
+inline constexpr int kNumBlockColumns = 9;
+
+/// "tile (1, 2, 3), block 4 of source 5 (scan.ply)", from kBlockColumns, the first columns.
+[[nodiscard]] std::string block_name(const db::Statement& row);
+
+/// Checks and decodes a block, from the same columns. @throws Error kCorrupt with its name.
+[[nodiscard]] std::vector<TileOffset> read_block(const db::Statement& row);
+
 /// The statements of append(), prepared once.
 class BlockInserter {
  public:

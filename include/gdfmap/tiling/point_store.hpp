@@ -12,6 +12,7 @@
 #include <gdfmap/core/cube_mask.hpp>
 #include <gdfmap/core/hash.hpp>
 #include <gdfmap/core/lattice.hpp>
+#include <gdfmap/core/run_context.hpp>
 #include <gdfmap/db/database.hpp>
 #include <gdfmap/tiling/block_codec.hpp>
 
@@ -122,9 +123,11 @@ class PointStore {
   };
   [[nodiscard]] Totals totals();
 
-  /// SQLite's integrity check, schema and counts; with `checksums` also every block's checksum.
-  /// Returns one line for each fault found.
-  [[nodiscard]] std::vector<std::string> verify(bool checksums);
+  /// SQLite's integrity check and counts; with `checksums` also every block's checksum, points and
+  /// occupied cubes. Reads one snapshot: a writer beside it is no fault. Returns one line for each
+  /// fault found; a damaged block is named with its tile and its source.
+  /// @throws Error kInterrupted when stopped
+  [[nodiscard]] std::vector<std::string> verify(bool checksums, const RunContext& context = {});
 
  private:
   struct Impl;
