@@ -4,6 +4,8 @@
 #include <limits>
 #include <string>
 
+#include <Eigen/Core>
+
 #include <gdfmap/core/error.hpp>
 #include <gdfmap/store/tile_codec.hpp>
 
@@ -16,17 +18,17 @@ constexpr std::uint16_t kCodecFloat32 = 0;
 constexpr std::size_t kCubeBytes = 49;
 constexpr std::size_t kGaussianBytes = kNumGaussianRows * sizeof(float);
 
-/// Whether all values of a row are finite and, in the rows of root sigmas, not too small. Looks at
-/// every value whatever the others are, so that the compiler can look at several at a time.
+/// Whether all values of a row are finite and, in the rows of root sigmas, not too small.
 bool is_usable(std::size_t row, std::span<const float> values) {
+  if (values.empty()) return true;
   const bool is_root_sigma = row >= kRootSigmaX && row < kWeight;
   const float least = is_root_sigma ? kMinRootSigma : 0.0f;
-  bool usable = true;
-  for (const float value : values) {
-    const float magnitude = std::fabs(value);
-    usable &= (magnitude >= least) & (magnitude <= std::numeric_limits<float>::max());
-  }
-  return usable;
+  const auto magnitudes =
+      Eigen::Map<const Eigen::ArrayXf>(values.data(), static_cast<Eigen::Index>(values.size()))
+          .abs();
+  // Both are false for what is not a number.
+  return magnitudes.minCoeff<Eigen::PropagateNaN>() >= least &&
+         magnitudes.maxCoeff<Eigen::PropagateNaN>() <= std::numeric_limits<float>::max();
 }
 
 /// What is wrong with a cube, or null: the rules that writer and reader share.

@@ -1,4 +1,5 @@
 #include <filesystem>
+#include <ostream>
 #include <string>
 #include <vector>
 
@@ -8,6 +9,10 @@
 #include "targets.hpp"
 
 namespace gdfmap::fuzz {
+
+/// How googletest names a target; without it, by its bytes, which differ from run to run.
+static void PrintTo(const Target& target, std::ostream* stream) { *stream << target.name; }
+
 namespace {
 
 namespace fs = std::filesystem;
