@@ -2,7 +2,7 @@
 # Installs what gdfmap builds and runs with, from the distribution's packages. Safe to run twice: does
 # nothing when everything is there.
 #
-#   tools/dependencies.sh [--tests] [--tsan]
+#   tools/dependencies.sh [--tests] [--clang]
 set -euo pipefail
 
 PACKAGES=(g++ cmake ninja-build ccache git pkg-config ca-certificates
@@ -11,7 +11,7 @@ PACKAGES=(g++ cmake ninja-build ccache git pkg-config ca-certificates
 for option in "$@"; do
   case $option in
     --tests) PACKAGES+=(libgtest-dev libpcl-dev libbenchmark-dev libnanoflann-dev) ;;
-    --tsan) PACKAGES+=(clang-14 libomp-14-dev) ;;
+    --clang) PACKAGES+=(clang-14 libomp-14-dev) ;;
     *) echo "unknown option $option" >&2; exit 2 ;;
   esac
 done

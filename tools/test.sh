@@ -17,7 +17,7 @@ selection=(-LE soak)
 if (($# > 0)); then selection=("$@"); fi
 
 needs=(--tests)
-if [[ $preset == tsan ]]; then needs+=(--tsan); fi
+if [[ $preset == tsan ]]; then needs+=(--clang); fi
 tools/dependencies.sh "${needs[@]}"
 echo "== configure ($preset)"
 cmake --preset "$preset"

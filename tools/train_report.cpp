@@ -19,6 +19,7 @@ std::string train_text(const TrainReport& report, double seconds) {
   Table table(Table::Alignment::kLeft);
   table.add({"tiles", grouped(report.num_tiles) + ", " + grouped(report.num_tiles_trained) +
                           " of them trained, " + grouped(report.num_tiles_deleted) + " deleted"});
+  if (report.num_tiles_damaged > 0) table.add({"damaged", grouped(report.num_tiles_damaged)});
   table.add({"fitted", grouped(report.num_cubes_fitted) + " cubes in " + duration_text(seconds) +
                            ", " + rounded(cubes_per_second(report, seconds), 3) + " cubes/s"});
   table.add({"unchanged", grouped(report.num_cubes_unchanged)});
@@ -32,6 +33,7 @@ nlohmann::ordered_json train_json(const TrainReport& report, double seconds) {
   return {{"num_tiles", report.num_tiles},
           {"num_tiles_trained", report.num_tiles_trained},
           {"num_tiles_deleted", report.num_tiles_deleted},
+          {"num_tiles_damaged", report.num_tiles_damaged},
           {"num_cubes_fitted", report.num_cubes_fitted},
           {"num_cubes_unchanged", report.num_cubes_unchanged},
           {"num_cubes_poor", report.num_cubes_poor},

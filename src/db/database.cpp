@@ -31,6 +31,9 @@ ErrorCode error_code(int sqlite_code) {
   const int primary = code & 0xff;
   if (primary == SQLITE_NOMEM || handle == nullptr) throw std::bad_alloc();
   std::string message = path.string() + ": " + sqlite3_errmsg(handle);
+  if (primary == SQLITE_BUSY) {
+    message = path.string() + ": busy: another process is using it; try again when it is done";
+  }
   const int system_error = sqlite3_system_errno(handle);
   if (system_error != 0 && (primary == SQLITE_IOERR || primary == SQLITE_CANTOPEN)) {
     message += " (" + std::generic_category().message(system_error) + ")";
@@ -64,6 +67,21 @@ std::string file_uri(const std::filesystem::path& path, OpenMode mode) {
     }
   }
   return mode == OpenMode::kImmutable ? uri + "?immutable=1" : uri;
+}
+
+/// Version and application id alone do not make a database whole.
+void check_tables(Database& database, std::string_view sql) {
+  constexpr std::string_view kStart = "CREATE TABLE ";
+  Statement count(database, "SELECT count(*) FROM sqlite_master WHERE type = 'table' AND name = ?");
+  for (std::size_t at = sql.find(kStart); at != std::string_view::npos; at = sql.find(kStart, at)) {
+    at += kStart.size();
+    const std::string_view name = sql.substr(at, sql.find(' ', at) - at);
+    count.bind(name).step();
+    if (count.integer(0) != 1) {
+      throw Error(ErrorCode::kCorrupt,
+                  database.path().string() + ": table " + std::string(name) + " is missing");
+    }
+  }
 }
 
 }  // namespace
@@ -230,6 +248,7 @@ void prepare_schema(Database& database, const Schema& schema, OpenMode mode) {
                 name + " has format version " + std::to_string(version / kMinorsPerMajor) +
                     ", this build reads version " + std::to_string(schema.major));
   }
+  check_tables(database, schema.sql);
 }
 
 OpenMode reading_mode(const std::filesystem::path& path) {

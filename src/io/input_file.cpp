@@ -17,6 +17,13 @@ namespace {
 /// Large enough for few system calls, small enough that hashing and decoding find it in the cache.
 constexpr std::size_t kBufferBytes = std::size_t{1} << 20;
 static_assert(InputFile::kMaxPeekBytes <= kBufferBytes);
+constexpr std::uint64_t kLeastBufferBytes = 4096;
+
+/// Room for a small file and for the read that finds its end.
+std::size_t first_capacity(std::optional<std::uint64_t> size) {
+  if (!size || *size >= kBufferBytes) return kBufferBytes;
+  return static_cast<std::size_t>(std::max(*size + 1, kLeastBufferBytes));
+}
 
 }  // namespace
 
@@ -35,7 +42,8 @@ InputFile::InputFile(const std::filesystem::path& path)
   }
   // Standard input stays a stream even where it is redirected from a file: its offset is not ours.
   if (owned_ && S_ISREG(status.st_mode)) size_ = static_cast<std::uint64_t>(status.st_size);
-  buffer_ = std::make_unique_for_overwrite<std::byte[]>(kBufferBytes);
+  capacity_ = first_capacity(size_);
+  buffer_ = std::make_unique_for_overwrite<std::byte[]>(capacity_);
 }
 
 InputFile::~InputFile() {
@@ -52,7 +60,8 @@ void InputFile::fill(std::size_t min_bytes) {
   end_ -= begin_;
   begin_ = 0;
   while (end_ < min_bytes) {
-    const ssize_t count = ::read(descriptor_, buffer_.get() + end_, kBufferBytes - end_);
+    if (end_ == capacity_) grow();
+    const ssize_t count = ::read(descriptor_, buffer_.get() + end_, capacity_ - end_);
     if (count < 0 && errno == EINTR) continue;
     if (count < 0) fail_reading();
     if (count == 0) return;
@@ -61,6 +70,14 @@ void InputFile::fill(std::size_t min_bytes) {
     end_ += received;
     num_read_ += received;
   }
+}
+
+/// For a file that holds more than its size said, as those that the kernel makes up do.
+void InputFile::grow() {
+  auto larger = std::make_unique_for_overwrite<std::byte[]>(kBufferBytes);
+  std::memcpy(larger.get(), buffer_.get(), end_);
+  buffer_ = std::move(larger);
+  capacity_ = kBufferBytes;
 }
 
 bool InputFile::skip(std::uint64_t count) {

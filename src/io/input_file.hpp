@@ -63,6 +63,7 @@ class InputFile {
 
  private:
   void fill(std::size_t min_bytes);
+  void grow();
   [[noreturn]] void fail_reading() const;
 
   std::string name_;
@@ -70,6 +71,7 @@ class InputFile {
   bool owned_ = false;
   std::optional<std::uint64_t> size_;
   std::unique_ptr<std::byte[]> buffer_;
+  std::size_t capacity_ = 0;
   std::size_t begin_ = 0;  ///< buffer_[begin_, end_) is read from the file and not consumed
   std::size_t end_ = 0;
   std::uint64_t num_read_ = 0;

@@ -2,10 +2,10 @@
 #include <cmath>
 #include <random>
 #include <system_error>
-
-#include <unistd.h>
+#include <vector>
 
 #include <gdfmap/core/error.hpp>
+#include <gdfmap/core/failpoint.hpp>
 #include <gdfmap/map/map.hpp>
 
 #include "file_lock.hpp"
@@ -45,6 +45,7 @@ struct Identity {
   std::string id;
   std::string origin;
   Geometry geometry;
+  bool operator==(const Identity&) const = default;
 };
 
 template <typename Store>
@@ -101,9 +102,12 @@ std::size_t cache_bytes(const RunContext& context) { return context.memory() / 1
 }  // namespace
 
 struct Map::Impl {
+  /// @param lock  of a writer; null for a reader
+  static std::unique_ptr<Impl> open(const std::filesystem::path& path,
+                                    std::unique_ptr<FileLock> lock, const RunContext& context);
+
   std::filesystem::path path;
-  Access access;
-  std::size_t store_cache_bytes;
+  std::size_t store_cache_bytes = 0;
   std::unique_ptr<FileLock> lock;  // first in, last out: the stores close before it is released
   std::unique_ptr<PointStore> points;
   std::unique_ptr<CubeStore> cubes;
@@ -112,17 +116,37 @@ struct Map::Impl {
 
   [[nodiscard]] std::filesystem::path file(const char* name) const { return path / name; }
 
-  void set_identity(Identity value) {
-    identity = std::move(value);
-    lattice = std::make_unique<Lattice>(identity.geometry.cube_size);
+ private:
+  [[nodiscard]] db::OpenMode mode(const char* name, db::OpenMode writing) const {
+    return lock ? writing : db::reading_mode(file(name));
   }
-  void open_points(db::OpenMode mode) {
-    points = std::make_unique<PointStore>(file(kPointsFile), mode, store_cache_bytes);
-  }
-  void open_cubes(db::OpenMode mode) {
-    cubes = std::make_unique<CubeStore>(file(kCubesFile), mode, store_cache_bytes);
-  }
+  /// Empty when the file is not there.
+  std::optional<Identity> open_points();
+  std::optional<Identity> open_cubes(const std::optional<Identity>& of_points);
 };
+
+std::optional<Identity> Map::Impl::open_points() {
+  const std::filesystem::path place = file(kPointsFile);
+  if (!std::filesystem::exists(place)) return std::nullopt;
+  points = std::make_unique<PointStore>(place, mode(kPointsFile, db::OpenMode::kWrite),
+                                        store_cache_bytes);
+  auto stated = read_identity(*points, place);
+  if (!stated) throw Error(ErrorCode::kCorrupt, place.string() + " has no map identity");
+  return stated;
+}
+
+/// A writer makes a lost cubes.db anew: training fills it again from the points.
+std::optional<Identity> Map::Impl::open_cubes(const std::optional<Identity>& of_points) {
+  const std::filesystem::path place = file(kCubesFile);
+  const bool can_be_made = lock != nullptr && of_points.has_value();
+  if (!std::filesystem::exists(place) && !can_be_made) return std::nullopt;
+  const db::OpenMode writing = can_be_made ? db::OpenMode::kCreate : db::OpenMode::kWrite;
+  cubes = std::make_unique<CubeStore>(place, mode(kCubesFile, writing), store_cache_bytes);
+  const auto stated = read_identity(*cubes, place);
+  if (stated || !can_be_made) return stated;
+  write_identity(*cubes, *of_points);
+  return of_points;
+}
 
 namespace {
 
@@ -135,36 +159,66 @@ void write_new_databases(const std::filesystem::path& directory, const Identity&
   }
 }
 
-/// A directory that goes, with all that is in it, unless it was renamed.
-class TemporaryDirectory {
+/// The directory in which a new map is made, beside its place. It goes, with all that is in it,
+/// unless it was renamed. Its lock file is the map's own to be: whoever makes a map of this name
+/// holds it, and what a killed process left is taken over.
+class MapInTheMaking {
  public:
-  explicit TemporaryDirectory(std::filesystem::path path) : path_(std::move(path)) {
-    std::filesystem::remove_all(path_);
+  explicit MapInTheMaking(std::filesystem::path path) : path_(std::move(path)) {
     std::filesystem::create_directories(path_);
+    try {
+      lock_ = std::make_unique<FileLock>(path_ / kLockFile);
+    } catch (const Error&) {
+      std::error_code ignored;
+      std::filesystem::remove(path_, ignored);  // only if nobody has anything in it
+      throw;
+    }
+    remove_databases();
   }
-  ~TemporaryDirectory() {
+  ~MapInTheMaking() {
+    if (!lock_) return;
     std::error_code ignored;
     std::filesystem::remove_all(path_, ignored);
   }
-  TemporaryDirectory(const TemporaryDirectory&) = delete;
-  TemporaryDirectory& operator=(const TemporaryDirectory&) = delete;
+  MapInTheMaking(const MapInTheMaking&) = delete;
+  MapInTheMaking& operator=(const MapInTheMaking&) = delete;
 
   [[nodiscard]] const std::filesystem::path& path() const { return path_; }
+  /// Gives it its place; the lock goes with it.
+  [[nodiscard]] std::unique_ptr<FileLock> rename_to(const std::filesystem::path& place) {
+    std::filesystem::rename(path_, place);
+    return std::move(lock_);
+  }
 
  private:
+  void remove_databases() const {
+    std::vector<std::filesystem::path> left;
+    for (const auto& entry : std::filesystem::directory_iterator(path_)) {
+      if (entry.path().filename() != kLockFile) left.push_back(entry.path());
+    }
+    for (const auto& file : left) std::filesystem::remove(file);
+  }
+
   std::filesystem::path path_;
+  std::unique_ptr<FileLock> lock_;
 };
 
 /// Writes a new map beside its place and renames it there, so that no half-made map is ever seen.
-void make_map(const std::filesystem::path& path, const Identity& identity) {
+/// Returns the map's lock.
+std::unique_ptr<FileLock> make_map(const std::filesystem::path& path, const Identity& identity) {
   check_geometry(identity.geometry);
-  if (Map::exists(path)) throw Error(ErrorCode::kUsage, path.string() + " already is a map");
-  // "a/b.gdfmap/" names the same directory as "a/b.gdfmap", which the temporary one stands beside.
+  const auto refuse_another = [&] {
+    if (Map::exists(path)) throw Error(ErrorCode::kUsage, path.string() + " already is a map");
+  };
+  refuse_another();
+  // "a/b.gdfmap/" names the same directory as "a/b.gdfmap", which the new one stands beside.
   const std::filesystem::path place = path.has_filename() ? path : path.parent_path();
   try {
-    const TemporaryDirectory temporary(place.string() + ".tmp-" + std::to_string(::getpid()));
-    write_new_databases(temporary.path(), identity);
-    std::filesystem::rename(temporary.path(), place);
+    MapInTheMaking map(place.string() + ".new");
+    refuse_another();  // it may have been made while this waited for the directory
+    write_new_databases(map.path(), identity);
+    failpoint("map.before_rename");
+    return map.rename_to(place);
   } catch (const std::filesystem::filesystem_error& error) {
     throw Error(ErrorCode::kIo, "cannot create " + path.string() + ": " + error.code().message());
   }
@@ -184,47 +238,33 @@ bool Map::exists(const std::filesystem::path& path) {
 }
 
 Map Map::create(const std::filesystem::path& path, const Geometry& geometry) {
-  make_map(path, {new_map_id(), kOriginTrained, geometry});
-  return open(path, Access::kWrite);
+  auto lock = make_map(path, {new_map_id(), kOriginTrained, geometry});
+  return Map(Impl::open(path, std::move(lock), {}));
 }
 
 Map Map::create_imported(const std::filesystem::path& path, const Geometry& geometry) {
-  make_map(path, {new_map_id(), kOriginImported, geometry});
-  return open(path, Access::kWrite);
+  auto lock = make_map(path, {new_map_id(), kOriginImported, geometry});
+  return Map(Impl::open(path, std::move(lock), {}));
 }
 
 Map Map::open(const std::filesystem::path& path, Access access, const RunContext& context) {
-  if (!exists(path))
-    throw Error(ErrorCode::kIo, path.string() +
-                                    " is not a map: no such directory "
-                                    "with points.db or cubes.db");
+  if (!exists(path)) {
+    throw Error(ErrorCode::kIo,
+                path.string() + " is not a map: no such directory with points.db or cubes.db");
+  }
+  auto lock = access == Access::kWrite ? std::make_unique<FileLock>(path / kLockFile) : nullptr;
+  return Map(Impl::open(path, std::move(lock), context));
+}
+
+std::unique_ptr<Map::Impl> Map::Impl::open(const std::filesystem::path& path,
+                                           std::unique_ptr<FileLock> lock,
+                                           const RunContext& context) {
   auto impl = std::make_unique<Impl>();
   impl->path = path;
-  impl->access = access;
   impl->store_cache_bytes = cache_bytes(context);
-  const bool write = access == Access::kWrite;
-  if (write) impl->lock = std::make_unique<FileLock>(path / kLockFile);
-  const auto mode = [&](const char* name, db::OpenMode writing) {
-    return write ? writing : db::reading_mode(impl->file(name));
-  };
-
-  std::optional<Identity> of_points, of_cubes;
-  if (std::filesystem::exists(impl->file(kPointsFile))) {
-    impl->open_points(mode(kPointsFile, db::OpenMode::kWrite));
-    of_points = read_identity(*impl->points, impl->file(kPointsFile));
-    if (!of_points) {
-      throw Error(ErrorCode::kCorrupt, impl->file(kPointsFile).string() + " has no map identity");
-    }
-  }
-  // A writer makes a lost cubes.db anew: training fills it again from the points.
-  if (std::filesystem::exists(impl->file(kCubesFile)) || (write && of_points)) {
-    impl->open_cubes(mode(kCubesFile, of_points ? db::OpenMode::kCreate : db::OpenMode::kWrite));
-    of_cubes = read_identity(*impl->cubes, impl->file(kCubesFile));
-    if (!of_cubes && of_points && write) {
-      write_identity(*impl->cubes, *of_points);
-      of_cubes = of_points;
-    }
-  }
+  impl->lock = std::move(lock);
+  const auto of_points = impl->open_points();
+  const auto of_cubes = impl->open_cubes(of_points);
   if (!of_cubes) {
     throw Error(ErrorCode::kCorrupt, path.string() +
                                          ": cubes.db is missing; `gdfmap train` makes "
@@ -234,8 +274,13 @@ Map Map::open(const std::filesystem::path& path, Access access, const RunContext
     throw Error(ErrorCode::kCorrupt,
                 path.string() + ": points.db and cubes.db belong to different maps");
   }
-  impl->set_identity(std::move(*of_cubes));
-  return Map(std::move(impl));
+  if (of_points && *of_points != *of_cubes) {
+    throw Error(ErrorCode::kCorrupt,
+                path.string() + ": points.db and cubes.db state different geometries");
+  }
+  impl->identity = *of_cubes;
+  impl->lattice = std::make_unique<Lattice>(of_cubes->geometry.cube_size);
+  return impl;
 }
 
 const std::filesystem::path& Map::path() const { return impl_->path; }

@@ -1,8 +1,11 @@
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <fstream>
 #include <functional>
 #include <limits>
 #include <sstream>
+#include <string_view>
 
 #include <yaml-cpp/yaml.h>
 
@@ -168,38 +171,63 @@ const std::vector<Key>& keys() {
   return table;
 }
 
-/// Levenshtein distance.
-std::size_t edit_distance(const std::string& a, const std::string& b) {
-  std::vector<std::size_t> row(b.size() + 1);
-  for (std::size_t j = 0; j < row.size(); ++j) row[j] = j;
-  for (std::size_t i = 1; i <= a.size(); ++i) {
-    std::size_t diagonal = row[0];
-    row[0] = i;
-    for (std::size_t j = 1; j <= b.size(); ++j) {
-      const std::size_t substituted = diagonal + (a[i - 1] == b[j - 1] ? 0 : 1);
+/// Longer than any key that a slip of the pen makes of a known one.
+constexpr std::size_t kMaxShownKey = 64;
+/// Many times what a configuration needs; the parser takes a hundred times as much memory.
+constexpr std::size_t kMaxFileBytes = std::size_t{1} << 20;
+
+/// A file with more mistakes is not a configuration; the rest of it is passed over.
+constexpr std::size_t kMaxViolations = 20;
+
+/// Levenshtein distance of two keys, or `limit` where it is no less. @param a  at most kMaxShownKey
+std::size_t edit_distance(std::string_view a, std::string_view b, std::size_t limit) {
+  const std::size_t width = a.size() + 1;
+  std::array<std::size_t, kMaxShownKey + 1> storage;
+  std::size_t* const row = storage.data();
+  for (std::size_t j = 0; j < width; ++j) row[j] = j;
+  for (const char c : b) {
+    std::size_t diagonal = row[0], least = ++row[0];
+    for (std::size_t j = 1; j < width; ++j) {
+      const std::size_t substituted = diagonal + (a[j - 1] == c ? 0 : 1);
+      const std::size_t moved = (row[j] < row[j - 1] ? row[j] : row[j - 1]) + 1;
       diagonal = row[j];
-      row[j] = std::min({row[j] + 1, row[j - 1] + 1, substituted});
+      row[j] = substituted < moved ? substituted : moved;
+      least = row[j] < least ? row[j] : least;
     }
+    if (least >= limit) return limit;
   }
-  return row.back();
+  return row[width - 1] < limit ? row[width - 1] : limit;
+}
+
+/// As much of a key as is told, on one line.
+std::string shown(const std::string& path) {
+  std::string text = path.substr(0, kMaxShownKey);
+  std::ranges::replace_if(
+      text, [](unsigned char c) { return c < ' ' || c == 0x7f; }, '?');
+  return path.size() > kMaxShownKey ? text + "..." : text;
 }
 
 std::string unknown_key(const std::string& path) {
+  if (path.size() > kMaxShownKey) return shown(path) + ": unknown key";
   std::string nearest;
   std::size_t least = std::numeric_limits<std::size_t>::max();
   for (const Key& key : keys()) {
-    const std::size_t distance = edit_distance(path, key.path);
+    const std::string_view known = key.path;
+    const auto [shorter, longer] = std::minmax({path.size(), known.size()});
+    if (longer - shorter >= least) continue;  // a bound of the distance
+    const std::size_t distance = edit_distance(path, known, least);
     if (distance < least) {
       least = distance;
       nearest = key.path;
     }
   }
-  return path + ": unknown key; did you mean " + nearest + "?";
+  return shown(path) + ": unknown key; did you mean " + nearest + "?";
 }
 
 void read_section(const std::string& section, const YAML::Node& node, Configuration& configuration,
                   std::vector<std::string>& violations) {
   for (const auto& entry : node) {
+    if (violations.size() >= kMaxViolations) return;
     const std::string path = section + "." + entry.first.Scalar();
     const auto key =
         std::find_if(keys().begin(), keys().end(), [&](const Key& k) { return path == k.path; });
@@ -212,11 +240,26 @@ void read_section(const std::string& section, const YAML::Node& node, Configurat
   }
 }
 
-YAML::Node load(const std::filesystem::path& path) {
-  try {
-    return YAML::LoadFile(path.string());
-  } catch (const YAML::BadFile&) {
+std::string read_text(const std::filesystem::path& path) {
+  std::ifstream file(path, std::ios::binary);
+  std::string text;
+  for (std::array<char, 16384> part; file && text.size() <= kMaxFileBytes;) {
+    file.read(part.data(), part.size());
+    text.append(part.data(), static_cast<std::size_t>(file.gcount()));
+  }
+  if (!file.is_open() || file.bad()) {
     throw Error(ErrorCode::kIo, "cannot read " + path.string());
+  }
+  if (text.size() > kMaxFileBytes) {
+    throw Error(ErrorCode::kUsage, path.string() + ": too large for a configuration");
+  }
+  return text;
+}
+
+YAML::Node load(const std::filesystem::path& path) {
+  const std::string text = read_text(path);
+  try {
+    return YAML::Load(text);
   } catch (const YAML::Exception& error) {
     throw Error(ErrorCode::kUsage, path.string() + ": " + error.what());
   }
@@ -244,6 +287,7 @@ Configuration load_configuration(const std::filesystem::path& path) {
   if (!root.IsMap() && !root.IsNull()) violations.emplace_back("the file must hold sections");
   if (root.IsMap()) {
     for (const auto& section : root) {
+      if (violations.size() >= kMaxViolations) break;
       const std::string name = section.first.Scalar();
       if (section.second.IsMap()) {
         read_section(name, section.second, configuration, violations);

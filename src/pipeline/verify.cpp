@@ -1,18 +1,25 @@
-#include <iterator>
-
+#include <gdfmap/core/error.hpp>
 #include <gdfmap/pipeline/verify.hpp>
 
 namespace gdfmap {
+namespace {
 
-VerifyReport verify(Map& map, bool quick) {
-  VerifyReport report;
-  report.faults = map.cubes().verify(!quick);
-  if (map.has_points()) {
-    std::vector<std::string> faults = map.points().verify(!quick);
-    report.faults.insert(report.faults.end(), std::make_move_iterator(faults.begin()),
-                         std::make_move_iterator(faults.end()));
+std::optional<Digest> digest_of(CubeStore& cubes) {
+  try {
+    return cubes.content_digest();
+  } catch (const Error& error) {
+    if (error.code() != ErrorCode::kCorrupt) throw;
+    return std::nullopt;
   }
-  report.content_digest = map.cubes().content_digest();
+}
+
+}  // namespace
+
+VerifyReport verify(Map& map, bool quick, const RunContext& context) {
+  VerifyReport report;
+  report.cube_faults = map.cubes().verify(!quick, context);
+  if (map.has_points()) report.point_faults = map.points().verify(!quick, context);
+  report.content_digest = digest_of(map.cubes());
   return report;
 }
 

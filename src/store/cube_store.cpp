@@ -25,7 +25,6 @@ struct Connection {
       : database(path, mode),
         writes(mode == db::OpenMode::kCreate || mode == db::OpenMode::kWrite) {
     db::prepare_schema(database, kSchema, mode);
-    check_tables();
     if (writes) {
       db::configure_writer(database, cache_bytes);
     } else {
@@ -37,16 +36,6 @@ struct Connection {
   }
   Connection(const Connection&) = delete;
   Connection& operator=(const Connection&) = delete;
-
-  /// Version and application id alone do not make a database whole.
-  void check_tables() {
-    const std::int64_t num_tables = database.query_int(
-        "SELECT count(*) FROM sqlite_master WHERE type = 'table' AND "
-        "name IN ('meta', 'tiles', 'tile_blobs', 'occupied')");
-    if (num_tables != 4) {
-      throw Error(ErrorCode::kCorrupt, database.path().string() + ": a table is missing");
-    }
-  }
 
   db::Database database;
   bool writes;
@@ -182,7 +171,11 @@ void CubeStore::erase(std::span<const TileKey> tiles) {
 
 void CubeStore::set_occupied(std::span<const OccupiedTile> tiles) {
   const std::vector<OccupiedTile> wanted = in_key_order(tiles);
-  if (wanted == occupied()) return;
+  try {
+    if (wanted == occupied()) return;
+  } catch (const Error& error) {
+    if (error.code() != ErrorCode::kCorrupt) throw;  // a damaged table differs from any other
+  }
   db::Transaction transaction(impl_->database);
   impl_->database.execute("DELETE FROM occupied");
   db::Statement insert(impl_->database, "INSERT INTO occupied (x, y, z, mask) VALUES (?, ?, ?, ?)");
@@ -278,8 +271,12 @@ Digest CubeStore::content_digest() {
   return hasher.digest();
 }
 
-std::vector<std::string> CubeStore::verify(bool checksums) {
-  return verify_store(*this, impl_->database, checksums);
+std::vector<std::string> CubeStore::delete_damaged(const RunContext& context) {
+  return delete_damaged_tiles(impl_->database, context);
+}
+
+std::vector<std::string> CubeStore::verify(bool checksums, const RunContext& context) {
+  return verify_store(impl_->database, checksums, context);
 }
 
 }  // namespace gdfmap

@@ -1,8 +1,10 @@
 #include "cube_store_verify.hpp"
 
-#include <functional>
+#include <optional>
+#include <utility>
 
 #include <gdfmap/core/error.hpp>
+#include <gdfmap/db/verification.hpp>
 #include <gdfmap/store/tile_codec.hpp>
 
 #include "tile_row.hpp"
@@ -10,88 +12,141 @@
 namespace gdfmap {
 namespace {
 
-using Faults = std::vector<std::string>;
+constexpr std::uint64_t kTilesPerReport = 64;
 
-/// A damaged file can fail any statement: that is a fault found, not a reason to stop looking.
-void collect(Faults& faults, const std::function<void()>& check) {
-  try {
-    check();
-  } catch (const Error& error) {
-    faults.emplace_back(error.what());
-  }
+/// What no single tile tells.
+void check_tables(db::Verification& verification) {
+  verification.check_none(
+      "SELECT 'tile 0,' || x || ',' || y || ',' || z || ': occupancy mask is not 64 bytes' "
+      "FROM occupied WHERE length(mask) <> 64 ORDER BY x, y, z");
+  verification.check_none(
+      "SELECT 'cubes of ' || count(*) || ' tiles that do not exist' FROM tile_blobs "
+      "WHERE tile NOT IN (SELECT id FROM tiles) HAVING count(*) > 0");
 }
 
-void check_file(db::Database& database, Faults& faults) {
-  db::Statement check(database, "PRAGMA integrity_check");
-  while (check.step()) {
-    const std::string line = check.text(0);
-    if (line != "ok") faults.push_back(database.path().string() + ": " + line);
-  }
-}
-
-/// Reports the tiles that a query finds; its columns are level, x, y, z.
-void check_none(db::Database& database, const std::string& sql, const char* fault, Faults& faults) {
-  db::Statement select(database, sql);
-  while (select.step()) {
-    const auto value = [&](int column) {
-      return static_cast<std::int32_t>(select.integer(column));
-    };
-    faults.push_back(database.path().string() + ": " +
-                     tile_name({value(0), value(1), value(2), value(3)}) + ": " + fault);
-  }
-}
-
-void check_tables(db::Database& database, Faults& faults) {
-  check_none(database,
-             "SELECT level, x, y, z FROM tiles LEFT JOIN tile_blobs ON tile = id "
-             "WHERE tile IS NULL ORDER BY level, x, y, z",
-             "has no cubes", faults);
-  check_none(database,
-             "SELECT level, x, y, z FROM tiles JOIN tile_blobs ON tile = id "
-             "WHERE length(data) <> num_bytes ORDER BY level, x, y, z",
-             "size of the cubes differs from its row", faults);
-  check_none(database, "SELECT 0, x, y, z FROM occupied WHERE length(mask) <> 64 ORDER BY x, y, z",
-             "occupancy mask is not 64 bytes", faults);
-  const std::int64_t orphans = database.query_int(
-      "SELECT count(*) FROM tile_blobs WHERE tile NOT IN (SELECT id FROM tiles)");
-  if (orphans > 0) {
-    faults.push_back(database.path().string() + ": cubes of " + std::to_string(orphans) +
-                     " tiles that do not exist");
-  }
+/// What can be said of the tiles without reading their cubes.
+void check_tile_rows(db::Verification& verification) {
+  const std::string name = "SELECT 'tile ' || level || ',' || x || ',' || y || ',' || z || ': ";
+  verification.check_none(name +
+                          "has no cubes' FROM tiles LEFT JOIN tile_blobs ON tile = id "
+                          "WHERE tile IS NULL ORDER BY level, x, y, z");
+  verification.check_none(name +
+                          "size of the cubes differs from its row' FROM tiles "
+                          "JOIN tile_blobs ON tile = id WHERE length(data) <> num_bytes "
+                          "ORDER BY level, x, y, z");
 }
 
 bool same_counts(const TileState& a, const TileState& b) {
   return a.num_cubes == b.num_cubes && a.num_populated == b.num_populated &&
          a.num_poor == b.num_poor && a.num_failed == b.num_failed &&
-         a.num_gaussians == b.num_gaussians && a.num_measured == b.num_measured;
+         a.num_gaussians == b.num_gaussians && a.num_measured == b.num_measured &&
+         a.mean_mae == b.mean_mae && a.max_mae == b.max_mae && a.num_bytes == b.num_bytes;
 }
 
-void check_tile(CubeStore& store, const TileState& state, const std::string& place,
-                Faults& faults) {
-  const std::optional<TileRecord> tile = store.read(state.key);
-  if (!tile) return;  // erased since it was listed
-  const TileState actual = summarize(*tile, static_cast<std::size_t>(state.num_bytes));
-  if (!same_counts(actual, state)) faults.push_back(place + "cubes differ from its row's counts");
-  if (actual.content != state.content) faults.push_back(place + "content digest does not match");
+/// Why the cubes of a tile cannot be trusted; null when they can.
+const char* fault_of(const TileState& state, std::span<const std::byte> data,
+                     std::uint64_t checksum) {
+  if (hash64(data) != checksum) return "checksum does not match";
+  const TileRecord tile{state.key, state.surroundings, state.configuration, decode_tile(data)};
+  const TileState actual = summarize(tile, data.size());
+  if (!same_counts(actual, state)) return "cubes differ from its row's counts";
+  if (actual.content != state.content) return "content digest does not match";
+  return nullptr;
 }
 
-void check_tiles(CubeStore& store, const std::string& name, Faults& faults) {
-  std::vector<TileState> states;
-  collect(faults,
-          [&] { store.for_each_state([&](const TileState& state) { states.push_back(state); }); });
-  for (const TileState& state : states) {
-    const std::string place = name + ": " + tile_name(state.key) + ": ";
-    collect(faults, [&] { check_tile(store, state, place, faults); });
+/// Every tile's row and bytes, one after the other in the order in which they lie in the file.
+class TileChecker {
+ public:
+  TileChecker(db::Database& database, const RunContext& context)
+      : database_(database),
+        context_(context),
+        select_(database, std::string("SELECT ") + kStateColumns +
+                              ", checksum, data FROM tiles LEFT JOIN tile_blobs ON tile = id "
+                              "WHERE id = ?") {}
+
+  /// Calls report(id, fault) for each tile that is damaged; "tile 0,1,2,3: …".
+  template <typename Report>
+  void run(const Report& report) {
+    const std::vector<std::int64_t> ids = tile_ids();
+    for (std::size_t i = 0; i < ids.size(); ++i) {
+      if (i % kTilesPerReport == 0) {
+        context_.throw_if_stopped();
+        context_.progress({"tiles checked", i, ids.size(), ""});
+      }
+      if (const std::optional<std::string> fault = check(ids[i])) report(ids[i], *fault);
+    }
+    context_.progress({"tiles checked", ids.size(), ids.size(), ""});
   }
-}
+
+ private:
+  [[nodiscard]] std::vector<std::int64_t> tile_ids() {
+    std::vector<std::int64_t> ids;
+    db::Statement select(database_, "SELECT id FROM tiles ORDER BY id");
+    while (select.step()) ids.push_back(select.integer(0));
+    return ids;
+  }
+
+  [[nodiscard]] std::optional<std::string> check(std::int64_t id) {
+    const db::RewindGuard guard(select_);
+    std::string place = "row " + std::to_string(id) + " of tiles: ";
+    try {
+      if (!select_.bind(id).step()) return std::nullopt;
+      const TileState state = read_state(select_, database_.path().string());
+      place = tile_name(state.key) + ": ";
+      if (select_.is_null(kNumStateColumns + 1)) return place + "has no cubes";
+      const char* const fault =
+          fault_of(state, select_.blob(kNumStateColumns + 1),
+                   static_cast<std::uint64_t>(select_.integer(kNumStateColumns)));
+      return fault == nullptr ? std::nullopt : std::optional(place + fault);
+    } catch (const Error& error) {
+      if (error.code() != ErrorCode::kCorrupt && error.code() != ErrorCode::kIo) throw;
+      return place + error.what();
+    }
+  }
+
+  db::Database& database_;
+  const RunContext& context_;
+  db::Statement select_;
+};
 
 }  // namespace
 
-std::vector<std::string> verify_store(CubeStore& store, db::Database& database, bool checksums) {
-  Faults faults;
-  collect(faults, [&] { check_file(database, faults); });
-  collect(faults, [&] { check_tables(database, faults); });
-  if (checksums) check_tiles(store, database.path().string(), faults);
+std::vector<std::string> verify_store(db::Database& database, bool checksums,
+                                      const RunContext& context) {
+  db::Verification verification(database);
+  verification.check_file(!checksums);
+  context.throw_if_stopped();
+  if (checksums) {
+    verification.run([&] {
+      TileChecker(database, context).run([&](std::int64_t, const std::string& fault) {
+        verification.add(fault);
+      });
+    });
+  } else {
+    check_tile_rows(verification);
+  }
+  check_tables(verification);
+  return verification.take_faults();
+}
+
+std::vector<std::string> delete_damaged_tiles(db::Database& database, const RunContext& context) {
+  std::vector<std::string> faults;
+  std::vector<std::int64_t> ids;
+  TileChecker(database, context).run([&](std::int64_t id, const std::string& fault) {
+    ids.push_back(id);
+    faults.push_back(database.path().string() + ": " + fault);
+  });
+  db::Transaction transaction(database);
+  for (const char* const table : {"tiles WHERE id = ?", "tile_blobs WHERE tile = ?"}) {
+    db::Statement erase(database, std::string("DELETE FROM ") + table);
+    for (const std::int64_t id : ids) erase.bind(id).run();
+  }
+  database.execute("DELETE FROM tile_blobs WHERE tile NOT IN (SELECT id FROM tiles)");
+  if (const std::int64_t num_orphans = database.changes(); num_orphans > 0) {
+    faults.push_back(database.path().string() + ": cubes of " + std::to_string(num_orphans) +
+                     " tiles that do not exist");
+  }
+  transaction.commit();
   return faults;
 }
 

@@ -3,13 +3,17 @@
 #include <string>
 #include <vector>
 
+#include <gdfmap/core/run_context.hpp>
 #include <gdfmap/db/database.hpp>
-#include <gdfmap/store/cube_store.hpp>
 
 namespace gdfmap {
 
-/// What CubeStore::verify() does. @param database  the store's own connection
-[[nodiscard]] std::vector<std::string> verify_store(CubeStore& store, db::Database& database,
-                                                    bool checksums);
+/// What CubeStore::verify() does.
+[[nodiscard]] std::vector<std::string> verify_store(db::Database& database, bool checksums,
+                                                    const RunContext& context);
+
+/// What CubeStore::delete_damaged() does.
+[[nodiscard]] std::vector<std::string> delete_damaged_tiles(db::Database& database,
+                                                            const RunContext& context);
 
 }  // namespace gdfmap

@@ -5,6 +5,8 @@
 #include <limits>
 #include <string>
 
+#include <Eigen/Core>
+
 #include <gdfmap/core/error.hpp>
 #include <gdfmap/store/tile_codec.hpp>
 
@@ -19,9 +21,17 @@ constexpr std::size_t kShortCubeBytes = 36;
 constexpr double kMinEdge = 1e-6, kMaxEdge = 1e9;
 constexpr std::size_t kGaussianBytes = kNumGaussianRows * sizeof(float);
 
-bool is_usable(std::size_t row, float value) {
+/// Whether all values of a row are finite and, in the rows of root sigmas, not too small.
+bool is_usable(std::size_t row, std::span<const float> values) {
+  if (values.empty()) return true;
   const bool is_root_sigma = row >= kRootSigmaX && row < kWeight;
-  return std::isfinite(value) && (!is_root_sigma || std::fabs(value) >= kMinRootSigma);
+  const float least = is_root_sigma ? kMinRootSigma : 0.0f;
+  const auto magnitudes =
+      Eigen::Map<const Eigen::ArrayXf>(values.data(), static_cast<Eigen::Index>(values.size()))
+          .abs();
+  // Both are false for what is not a number.
+  return magnitudes.minCoeff<Eigen::PropagateNaN>() >= least &&
+         magnitudes.maxCoeff<Eigen::PropagateNaN>() <= std::numeric_limits<float>::max();
 }
 
 /// What is wrong with a cube, or null: the rules that writer and reader share.
@@ -33,9 +43,7 @@ const char* fault_of(const CubeRecord& cube, int previous_index) {
   if (failed != (cube.gaussians.size() == 0)) return "status contradicts the number of Gaussians";
   if (failed != (cube.failure != FailureReason::kNone)) return "status contradicts the failure";
   for (std::size_t row = 0; row < kNumGaussianRows; ++row) {
-    for (const float value : cube.gaussians.row(row)) {
-      if (!is_usable(row, value)) return "a parameter of a Gaussian cannot be used";
-    }
+    if (!is_usable(row, cube.gaussians.row(row))) return "a parameter of a Gaussian cannot be used";
   }
   return nullptr;
 }
@@ -67,7 +75,20 @@ void put_errors(ByteWriter& writer, const CubeErrors& errors) {
 }
 
 void put_row(ByteWriter& writer, std::span<const float> row) {
-  for (const float value : row) writer.put(value);
+  if constexpr (std::endian::native == std::endian::little) {
+    writer.put_bytes(std::as_bytes(row));
+  } else {
+    for (const float value : row) writer.put(value);
+  }
+}
+
+void get_row(ByteReader& reader, std::span<float> row) {
+  const std::span<const std::byte> bytes = reader.get_bytes(row.size_bytes());
+  if constexpr (std::endian::native == std::endian::little) {
+    if (!row.empty()) std::memcpy(row.data(), bytes.data(), bytes.size());
+  } else {
+    for (std::size_t i = 0; i < row.size(); ++i) row[i] = load<float>(&bytes[i * sizeof(float)]);
+  }
 }
 
 void put_cube(ByteWriter& writer, const CubeRecord& cube) {
@@ -178,7 +199,7 @@ std::vector<CubeRecord> get_cubes(ByteReader& reader, const TileHead& head) {
 void get_rows(ByteReader& reader, std::vector<CubeRecord>& cubes) {
   for (std::size_t row = 0; row < kNumGaussianRows; ++row) {
     for (CubeRecord& cube : cubes) {
-      for (float& value : cube.gaussians.row(row)) value = reader.get<float>();
+      get_row(reader, cube.gaussians.row(row));
     }
   }
 }

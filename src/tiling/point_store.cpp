@@ -24,7 +24,7 @@ std::string tile_query(const char* rest) {
          rest;
 }
 
-const std::string kBlockQuery =
+const std::string kBlocksOfTileQuery =
     std::string("SELECT ") + kBlockColumns +
     ", s.voxel_steps FROM tiles t JOIN blocks b ON b.tile = t.id JOIN sources s ON s.id = b.source"
     " WHERE t.x = ? AND t.y = ? AND t.z = ? AND s.published = 1 ORDER BY b.source, b.sequence";
@@ -72,11 +72,6 @@ constexpr char kSourceQuery[] =
     " num_rejected_out_of_range, num_rejected_outside, voxel_steps"
     " FROM sources WHERE published = 1";
 
-std::string describe(const TileKey& key) {
-  return "tile (" + std::to_string(key.x) + ", " + std::to_string(key.y) + ", " +
-         std::to_string(key.z) + ")";
-}
-
 std::vector<TileOffset> checked_points(std::span<const std::byte> data, std::int64_t checksum,
                                        std::int64_t num_points) {
   if (hash64(data) != static_cast<std::uint64_t>(checksum)) {
@@ -115,15 +110,24 @@ void add_points(std::vector<VoxelSize>& sizes, int steps, std::uint64_t num_poin
 
 }  // namespace
 
-std::vector<TileOffset> read_block(const db::Statement& row, const TileKey& key,
-                                   const std::filesystem::path& path) {
+std::string block_name(const db::Statement& row) {
+  return "tile (" + row.text(0) + ", " + row.text(1) + ", " + row.text(2) + "), block " +
+         row.text(3) + " of source " + row.text(4) + " (" + row.text(5) + ")";
+}
+
+std::vector<TileOffset> read_block(const db::Statement& row) {
   try {
-    return checked_points(row.blob(5), row.integer(4), row.integer(3));
+    return checked_points(row.blob(8), row.integer(7), row.integer(6));
   } catch (const Error& error) {
-    throw Error(ErrorCode::kCorrupt, path.string() + ": " + describe(key) + ", block " +
-                                         std::to_string(row.integer(0)) + " of source " +
-                                         std::to_string(row.integer(1)) + " (" + row.text(2) +
-                                         ") is damaged: " + error.what());
+    throw Error(ErrorCode::kCorrupt, block_name(row) + " is damaged: " + error.what());
+  }
+}
+
+std::vector<TileOffset> read_block(const db::Statement& row, const std::filesystem::path& path) {
+  try {
+    return read_block(row);
+  } catch (const Error& error) {
+    throw Error(error.code(), path.string() + ": " + error.what());
   }
 }
 
@@ -154,13 +158,34 @@ TileSummary read_summary(const db::Statement& row, int first_column) {
   return summary;
 }
 
+std::vector<TileOffset> read_block(const db::Statement& row) {
+  try {
+    const std::span<const std::byte> data = row.blob(8);
+    if (hash64(data) != static_cast<std::uint64_t>(row.integer(7))) {
+      throw Error(ErrorCode::kCorrupt, "its checksum does not match");
+    }
+    std::vector<TileOffset> points = decode_block(data);
+    if (points.size() != static_cast<std::uint64_t>(row.integer(6))) {
+      throw Error(ErrorCode::kCorrupt, "its number of points does not match");
+    }
+    return points;
+  } catch (const Error& error) {
+    throw Error(ErrorCode::kCorrupt, block_name(row) + " is damaged: " + error.what());
+  }
+}
+
+std::string block_name(const db::Statement& row) {
+  return "tile (" + row.text(0) + ", " + row.text(1) + ", " + row.text(2) + "), block " +
+         row.text(3) + " of source " + row.text(4) + " (" + row.text(5) + ")";
+}
+
 PointStore::Impl::Impl(const std::filesystem::path& path, db::OpenMode mode,
                        std::size_t cache_bytes)
     : database(path, mode), writes(mode == db::OpenMode::kCreate || mode == db::OpenMode::kWrite) {
   db::prepare_schema(database, kSchema, mode);
   if (writes) db::configure_writer(database, cache_bytes);
   select_tile.emplace(database, tile_query("AND t.x = ? AND t.y = ? AND t.z = ?"));
-  select_blocks.emplace(database, kBlockQuery);
+  select_blocks.emplace(database, kBlocksOfTileQuery);
 }
 
 PointStore::Impl::~Impl() {
@@ -232,20 +257,20 @@ void PointStore::for_each_block(const TileKey& key,
                                 const std::function<void(std::span<const TileOffset>)>& visit) {
   db::Statement& select = *impl_->select_blocks;
   const db::RewindGuard guard(select);
-  const auto voxel_steps = [&] { return checked_voxel_steps(select.integer(6)); };
+  const auto voxel_steps = [&] { return checked_voxel_steps(select.integer(kNumBlockColumns)); };
   std::vector<VoxelSize> sizes;
   for (select.bind(key.x, key.y, key.z); select.step();) {
     if (voxel_steps() == 0) {
-      visit(read_block(select, key, impl_->database.path()));
+      visit(read_block(select, impl_->database.path()));
     } else {
-      add_points(sizes, voxel_steps(), static_cast<std::uint64_t>(select.integer(3)));
+      add_points(sizes, voxel_steps(), static_cast<std::uint64_t>(select.integer(6)));
     }
   }
   for (const VoxelSize& size : sizes) {
     const BlockScan scan = [&](const VisitPoints& visit_block) {
       for (select.bind(key.x, key.y, key.z); select.step();) {
         if (voxel_steps() != size.steps) continue;
-        visit_block(read_block(select, key, impl_->database.path()));
+        visit_block(read_block(select, impl_->database.path()));
       }
     };
     merge_blocks(scan, size.num_points, size.steps, visit);

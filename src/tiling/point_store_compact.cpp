@@ -18,7 +18,6 @@ constexpr std::size_t kBytesPerTransaction = std::size_t{4} << 20;
 /// What one source has in one tile, as several blocks.
 struct Part {
   std::int64_t tile = 0, source = 0;
-  TileKey key;
   std::uint64_t num_points = 0, num_blocks = 0;
   int voxel_steps = 0;
 };
@@ -73,12 +72,13 @@ class Compactor {
       : database_(&database),
         context_(&context),
         next_part_(database,
-                   "SELECT p.tile, p.source, t.x, t.y, t.z, p.num_points, p.num_blocks, "
-                   "s.voxel_steps FROM tile_sources p JOIN tiles t ON t.id = p.tile "
-                   "JOIN sources s ON s.id = p.source WHERE (p.tile, p.source) > (?, ?) AND "
+                   "SELECT p.tile, p.source, p.num_points, p.num_blocks, "
+                   "s.voxel_steps FROM tile_sources p JOIN sources s ON s.id = p.source WHERE "
+                   "(p.tile, p.source) > (?, ?) AND "
                    "p.num_blocks > 1 AND s.published = 1 ORDER BY p.tile, p.source LIMIT 1"),
         select_blocks_(database, std::string("SELECT ") + kBlockColumns +
                                      " FROM blocks b JOIN sources s ON s.id = b.source "
+                                     "JOIN tiles t ON t.id = b.tile "
                                      "WHERE b.tile = ? AND b.source = ? ORDER BY b.sequence"),
         delete_blocks_(database, "DELETE FROM blocks WHERE tile = ? AND source = ?"),
         insert_block_(database,
@@ -131,11 +131,9 @@ class Compactor {
     const auto number = [&](int column) { return next_part_.integer(column); };
     return Part{.tile = number(0),
                 .source = number(1),
-                .key = {0, static_cast<std::int32_t>(number(2)),
-                        static_cast<std::int32_t>(number(3)), static_cast<std::int32_t>(number(4))},
-                .num_points = static_cast<std::uint64_t>(number(5)),
-                .num_blocks = static_cast<std::uint64_t>(number(6)),
-                .voxel_steps = static_cast<int>(number(7))};
+                .num_points = static_cast<std::uint64_t>(number(2)),
+                .num_blocks = static_cast<std::uint64_t>(number(3)),
+                .voxel_steps = static_cast<int>(number(4))};
   }
 
   /// Returns the bytes that were written.
@@ -143,7 +141,7 @@ class Compactor {
     const BlockScan scan = [&](const VisitPoints& visit) {
       const db::RewindGuard guard(select_blocks_);
       for (select_blocks_.bind(part.tile, part.source); select_blocks_.step();) {
-        visit(read_block(select_blocks_, part.key, database_->path()));
+        visit(read_block(select_blocks_, database_->path()));
       }
     };
     if (is_merged(part, scan)) return 0;

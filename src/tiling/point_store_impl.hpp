@@ -26,12 +26,18 @@ inline constexpr int kNumSummaryColumns = 13;
 /// Reads kSummaryColumns, the first of which is the given one.
 [[nodiscard]] TileSummary read_summary(const db::Statement& row, int first_column);
 
-/// The columns of a block `b` of a source `s`, for read_block().
-inline constexpr char kBlockColumns[] = "b.id, s.id, s.path, b.num_points, b.checksum, b.data";
+/// The columns of a block `b` of a tile `t` and a source `s`, and how many they are.
+inline constexpr char kBlockColumns[] =
+    "t.x, t.y, t.z, b.id, s.id, s.path, b.num_points, b.checksum, b.data";
+inline constexpr int kNumBlockColumns = 9;
 
-/// Checks and decodes a row that begins with kBlockColumns. `key` is its tile, `path` the file.
-/// @throws Error kCorrupt naming file, tile, block and source
-[[nodiscard]] std::vector<TileOffset> read_block(const db::Statement& row, const TileKey& key,
+/// "tile (1, 2, 3), block 4 of source 5 (scan.ply)", from kBlockColumns, the first columns.
+[[nodiscard]] std::string block_name(const db::Statement& row);
+
+/// Checks and decodes a block, from the same columns. @throws Error kCorrupt with its name.
+[[nodiscard]] std::vector<TileOffset> read_block(const db::Statement& row);
+/// The same; the error names the file too.
+[[nodiscard]] std::vector<TileOffset> read_block(const db::Statement& row,
                                                  const std::filesystem::path& path);
 
 /// Deletes the sources that nobody published, or that were removed, with all their rows, in bounded

@@ -1,3 +1,5 @@
+#include <gdfmap/db/verification.hpp>
+
 #include "point_store_impl.hpp"
 
 namespace gdfmap {
@@ -23,54 +25,75 @@ constexpr const char* kCountChecks[] = {
     "SELECT 'block ' || id || ': belongs to no tile' FROM blocks b WHERE NOT EXISTS "
     "(SELECT 1 FROM tile_sources t WHERE t.tile = b.tile AND t.source = b.source)",
 
+    "SELECT 'tile ' || id || ': no source has points in it' FROM tiles "
+    "WHERE id NOT IN (SELECT tile FROM tile_sources)",
+
     "SELECT 'tile ' || tile || ', source ' || source || ': the tile or the source is missing' "
     "FROM tile_sources WHERE tile NOT IN (SELECT id FROM tiles) "
     "OR source NOT IN (SELECT id FROM sources)"};
 
-void check_blocks(db::Database& database, std::vector<std::string>& faults) {
-  db::Statement select(database,
-                       "SELECT b.id, s.path, b.num_points, b.checksum, b.data FROM blocks b "
-                       "JOIN sources s ON s.id = b.source WHERE s.published = 1 ORDER BY b.id");
-  while (select.step()) {
-    const auto report = [&](const std::string& fault) {
-      faults.push_back("block " + std::to_string(select.integer(0)) + " of " + select.text(1) +
-                       ": " + fault);
-    };
-    if (hash64(select.blob(4)) != static_cast<std::uint64_t>(select.integer(3))) {
-      report("its checksum does not match");
-      continue;
-    }
-    try {
-      const std::size_t num_points = decode_block(select.blob(4)).size();
-      if (num_points != static_cast<std::uint64_t>(select.integer(2))) {
-        report("its number of points does not match");
+/// Every published block, in the order in which they lie in the file.
+class BlockChecker {
+ public:
+  BlockChecker(db::Database& database, db::Verification& verification, const RunContext& context)
+      : database_(database),
+        verification_(verification),
+        context_(context),
+        select_summary_(database, std::string("SELECT ") + kSummaryColumns +
+                                      " FROM tile_sources WHERE tile = ? AND source = ?") {}
+
+  void run() {
+    const auto num_blocks = static_cast<std::uint64_t>(database_.query_int(
+        "SELECT count(*) FROM blocks WHERE source IN (SELECT id FROM sources WHERE published)"));
+    db::Statement select(database_, std::string("SELECT ") + kBlockColumns +
+                                        ", b.tile, b.source FROM blocks b "
+                                        "JOIN sources s ON s.id = b.source "
+                                        "JOIN tiles t ON t.id = b.tile "
+                                        "WHERE s.published = 1 ORDER BY b.id");
+    std::uint64_t num_checked = 0;
+    while (select.step()) {
+      if (num_checked++ % kBlocksPerReport == 0) {
+        context_.throw_if_stopped();
+        context_.progress({"blocks checked", num_checked - 1, num_blocks, ""});
       }
-    } catch (const Error& error) {
-      report(error.what());
+      verification_.run([&] { check(select); });
+    }
+    context_.progress({"blocks checked", num_checked, num_blocks, ""});
+  }
+
+ private:
+  static constexpr std::uint64_t kBlocksPerReport = 64;
+
+  void check(const db::Statement& row) {
+    const std::vector<TileOffset> points = read_block(row);
+    const db::RewindGuard guard(select_summary_);
+    select_summary_.bind(row.integer(kNumBlockColumns), row.integer(kNumBlockColumns + 1));
+    if (!select_summary_.step()) return;  // belongs to no tile: told already
+    const CubeMask listed = read_summary(select_summary_, 0).cubes;
+    for (const TileOffset& point : points) {
+      if (listed.test(point.cube())) continue;
+      throw Error(ErrorCode::kCorrupt,
+                  block_name(row) + " has points in cubes that its tile does not list");
     }
   }
-}
 
-void add_rows(db::Database& database, const std::string& sql, std::vector<std::string>& faults) {
-  db::Statement select(database, sql);
-  while (select.step()) faults.push_back(select.text(0));
-}
+  db::Database& database_;
+  db::Verification& verification_;
+  const RunContext& context_;
+  db::Statement select_summary_;
+};
 
 }  // namespace
 
-std::vector<std::string> PointStore::verify(bool checksums) {
-  db::Database& database = impl_->database;
-  std::vector<std::string> faults;
-  try {
-    add_rows(database, "PRAGMA integrity_check", faults);
-    if (faults == std::vector<std::string>{"ok"}) faults.clear();
-    for (const char* const sql : kCountChecks) add_rows(database, sql, faults);
-    if (checksums) check_blocks(database, faults);
-  } catch (const Error& error) {
-    if (error.code() != ErrorCode::kCorrupt) throw;
-    faults.push_back(error.what());
+std::vector<std::string> PointStore::verify(bool checksums, const RunContext& context) {
+  db::Verification verification(impl_->database);
+  verification.check_file(!checksums);
+  context.throw_if_stopped();
+  for (const char* const sql : kCountChecks) verification.check_none(sql);
+  if (checksums) {
+    verification.run([&] { BlockChecker(impl_->database, verification, context).run(); });
   }
-  return faults;
+  return verification.take_faults();
 }
 
 }  // namespace gdfmap

@@ -75,6 +75,13 @@ TileOrigins stored_origins(CubeStore& cubes) {
   return origins;
 }
 
+/// Nothing that is kept is taken on trust: what fails its checksum goes, and is fitted again.
+std::int64_t delete_damaged(CubeStore& cubes, const RunContext& context) {
+  const std::vector<std::string> faults = cubes.delete_damaged(context);
+  for (const std::string& fault : faults) context.warn(fault + "; it is fitted again");
+  return static_cast<std::int64_t>(faults.size());
+}
+
 /// Deletes tiles that are no candidates any more.
 std::int64_t delete_obsolete(CubeStore& cubes, TileOrigins origins,
                              const std::vector<CandidateTile>& plan) {
@@ -216,17 +223,12 @@ class Trainer {
     });
   }
 
-  /// What is stored of these tiles; a damaged one counts as absent, and is thereby repaired.
+  /// What is stored of these tiles.
   [[nodiscard]] std::vector<std::vector<CubeRecord>> former_records(
       std::span<const CandidateTile> tiles) {
     std::vector<std::vector<CubeRecord>> former(tiles.size());
     for (std::size_t i = 0; i < tiles.size(); ++i) {
-      try {
-        if (auto record = map_.cubes().read(tiles[i].key)) former[i] = std::move(record->cubes);
-      } catch (const Error& error) {
-        if (error.code() != ErrorCode::kCorrupt) throw;
-        context_.warn(std::string(error.what()) + "; it is fitted again");
-      }
+      if (auto record = map_.cubes().read(tiles[i].key)) former[i] = std::move(record->cubes);
     }
     return former;
   }
@@ -287,6 +289,7 @@ TrainReport train(Map& map, const TrainOptions& options, const RunContext& conte
   store_occupied(map.cubes(), occupied);
 
   TrainReport report;
+  report.num_tiles_damaged = delete_damaged(map.cubes(), context);
   std::vector<CandidateTile> plan = plan_tiles(occupied, map.lattice(), config);
   report.num_tiles = static_cast<std::int64_t>(plan.size());
   const TileOrigins origins = stored_origins(map.cubes());

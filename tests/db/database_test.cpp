@@ -166,7 +166,8 @@ TEST_F(DatabaseTest, ASecondWriterIsRefusedAsBusy) {
   const Transaction transaction(first);
   const Error error = error_of([&] { const Transaction other(second); });
   EXPECT_EQ(error.code(), ErrorCode::kIo);
-  EXPECT_EQ(error.what(), path().string() + ": database is locked");
+  EXPECT_EQ(error.what(),
+            path().string() + ": busy: another process is using it; try again when it is done");
 }
 
 TEST_F(DatabaseTest, AMissingFileIsAnInputErrorThatNamesThePath) {

@@ -119,6 +119,36 @@ TEST_F(Media, AMapInADirectoryWithoutPermissionIsReadAndNotWritten) {
   ::chmod(directory_.path().c_str(), 0755);
 }
 
+TEST_F(Media, CubesAloneOnAReadOnlyDiskAnswerQueries) {
+  const SmallDisk disk(directory_ / "disk", "64m");
+  if (!disk.mounted()) GTEST_SKIP() << "mounting is not permitted here";
+  make_scan();
+  make_map(path("a.gdfmap"));
+  std::filesystem::create_directory(disk / "robot.gdfmap");
+  std::filesystem::copy_file(path("a.gdfmap/cubes.db"), disk / "robot.gdfmap/cubes.db");
+  disk.make_read_only();
+  const auto answers = [&](const std::string& map) {
+    const Result result = gdfmap({"query", map, "--points", path("scan.xyz")});
+    EXPECT_TRUE(exits_with(0, result));
+    return result.out;
+  };
+  EXPECT_EQ(answers(disk / "robot.gdfmap"), answers(path("a.gdfmap")));
+  EXPECT_EQ(content_digest_of(disk / "robot.gdfmap"), content_digest_of(path("a.gdfmap")));
+  EXPECT_TRUE(exits_with(0, gdfmap({"verify", disk / "robot.gdfmap"})));
+  EXPECT_TRUE(exits_with(0, gdfmap({"export", disk / "robot.gdfmap", path("out.bin")})));
+  EXPECT_TRUE(refuses(kIo, "train", "robot.gdfmap", gdfmap({"train", disk / "robot.gdfmap"})));
+}
+
+TEST_F(Media, CubesAloneCannotBeTrainedAndSayWhy) {
+  make_scan();
+  make_map(path("a.gdfmap"));
+  std::filesystem::create_directory(path("robot.gdfmap"));
+  std::filesystem::copy_file(path("a.gdfmap/cubes.db"), path("robot.gdfmap/cubes.db"));
+  EXPECT_TRUE(
+      refuses(kIo, "train", "points.db is missing", gdfmap({"train", path("robot.gdfmap")})));
+  EXPECT_EQ(content_digest_of(path("robot.gdfmap")), content_digest_of(path("a.gdfmap")));
+}
+
 TEST_F(Media, AFullDiskStopsIngestWithoutATrace) {
   make_scan();
   for (const char* size : {"16k", "128k", "320k"}) {

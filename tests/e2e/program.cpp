@@ -2,10 +2,13 @@
 
 #include <array>
 #include <cerrno>
+#include <condition_variable>
 #include <csignal>
 #include <cstdlib>
+#include <mutex>
 #include <stdexcept>
 #include <system_error>
+#include <thread>
 
 #include <fcntl.h>
 #include <grp.h>
@@ -102,6 +105,36 @@ void talk(const Launch& launch, Pipe& input, Pipe& output, Pipe& error, Result& 
   }
 }
 
+/// Kills a process after a time, unless it is destroyed before: destroy it before the process is
+/// waited for, whose number may then become another's.
+class Killer {
+ public:
+  Killer(pid_t process, std::optional<std::chrono::microseconds> after) {
+    if (!after) return;
+    thread_ = std::thread([this, process, after = *after] {
+      std::unique_lock lock(mutex_);
+      if (!ended_.wait_for(lock, after, [this] { return has_ended_; })) ::kill(process, SIGKILL);
+    });
+  }
+  ~Killer() {
+    if (!thread_.joinable()) return;
+    {
+      const std::lock_guard lock(mutex_);
+      has_ended_ = true;
+    }
+    ended_.notify_one();
+    thread_.join();
+  }
+  Killer(const Killer&) = delete;
+  Killer& operator=(const Killer&) = delete;
+
+ private:
+  std::mutex mutex_;
+  std::condition_variable ended_;
+  bool has_ended_ = false;
+  std::thread thread_;
+};
+
 }  // namespace
 
 Result run(const Launch& launch) {
@@ -117,7 +150,10 @@ Result run(const Launch& launch) {
   output.close_writing();
   error.close_writing();
   Result result;
-  talk(launch, input, output, error, result);
+  {
+    const Killer killer(child, launch.kill_after);
+    talk(launch, input, output, error, result);
+  }
   input.close_writing();
   int status = 0;
   if (::waitpid(child, &status, 0) != child) fail("waitpid");

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <chrono>
 #include <cstddef>
 #include <optional>
 #include <string>
@@ -25,6 +26,8 @@ struct Launch {
   std::optional<std::size_t> read_at_most;
   /// As the user nobody; the caller must be root.
   bool unprivileged = false;
+  /// Kills it with SIGKILL after this time, unless it has ended by itself.
+  std::optional<std::chrono::microseconds> kill_after;
 };
 [[nodiscard]] Result run(const Launch& launch);
 

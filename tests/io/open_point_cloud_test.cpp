@@ -172,5 +172,12 @@ TEST(OpenPointCloud, ReadsNamedPipes) {
   writer.join();
 }
 
+TEST(OpenPointCloud, AFileWithMoreBytesThanItsSizeSaysIsReadToItsEnd) {
+  // The kernel's own files say that they are empty.
+  const Error error = error_of([] { static_cast<void>(read_points("/proc/cpuinfo")); });
+  EXPECT_EQ(error.code(), ErrorCode::kCorrupt);
+  EXPECT_EQ(std::string(error.what()).find("is empty"), std::string::npos) << error.what();
+}
+
 }  // namespace
 }  // namespace gdfmap::io_test

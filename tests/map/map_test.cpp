@@ -6,6 +6,7 @@
 #include <unistd.h>
 
 #include <gdfmap/core/error.hpp>
+#include <gdfmap/core/failpoint.hpp>
 #include <gdfmap/map/map.hpp>
 
 #include "support/temporary_directory.hpp"
@@ -108,6 +109,46 @@ TEST(Map, AKilledWriterLeavesNoLock) {
   EXPECT_NO_THROW(Map::open(path, Access::kWrite));
 }
 
+TEST(Map, WhatAKilledCreationLeftIsTakenOver) {
+  const TemporaryDirectory directory;
+  const auto path = directory / "a.gdfmap";
+  const pid_t child = ::fork();
+  if (child == 0) {
+    set_failpoint_handler([](const char* name) {
+      if (std::string(name) == "map.before_rename") ::kill(::getpid(), SIGKILL);
+    });
+    static_cast<void>(Map::create(path));
+    ::_exit(0);
+  }
+  int status = 0;
+  ::waitpid(child, &status, 0);
+  ASSERT_TRUE(WIFSIGNALED(status));
+  EXPECT_FALSE(Map::exists(path));
+  EXPECT_FALSE(std::filesystem::is_empty(directory.path()));
+  { const Map map = Map::create(path); }
+  EXPECT_EQ(std::distance(std::filesystem::directory_iterator(directory.path()), {}), 1);
+  EXPECT_NO_THROW(Map::open(path, Access::kWrite));
+}
+
+TEST(Map, OneOfTwoThatCreateItAtTheSameTimeIsTold) {
+  const TemporaryDirectory directory;
+  const auto path = directory / "a.gdfmap";
+  static std::filesystem::path place;
+  static std::pair<ErrorCode, std::string> told;
+  place = path;
+  set_failpoint_handler([](const char* name) {
+    if (std::string(name) != "map.before_rename") return;
+    set_failpoint_handler(nullptr);
+    told = error_of([] { Map::create(place); });
+  });
+  const Map map = Map::create(path);
+  EXPECT_EQ(told.first, ErrorCode::kIo);
+  EXPECT_NE(told.second.find("busy"), std::string::npos) << told.second;
+  EXPECT_EQ(std::distance(std::filesystem::directory_iterator(directory.path()), {}), 1);
+  // The lock was never let go in between.
+  EXPECT_EQ(error_of([&] { Map::open(path, Access::kWrite); }).first, ErrorCode::kIo);
+}
+
 TEST(Map, RefusesDatabasesOfDifferentMaps) {
   const TemporaryDirectory directory;
   { Map a = Map::create(directory / "a.gdfmap"), b = Map::create(directory / "b.gdfmap"); }
@@ -115,6 +156,17 @@ TEST(Map, RefusesDatabasesOfDifferentMaps) {
                              std::filesystem::copy_options::overwrite_existing);
   EXPECT_EQ(error_of([&] { Map::open(directory / "a.gdfmap", Access::kRead); }).first,
             ErrorCode::kCorrupt);
+}
+
+TEST(Map, RefusesDatabasesThatStateDifferentGeometries) {
+  const TemporaryDirectory directory;
+  const auto path = directory / "a.gdfmap";
+  { Map map = Map::create(path); }
+  db::Database(path / "cubes.db", db::OpenMode::kWrite)
+      .execute("UPDATE meta SET value = '2' WHERE key = 'cube_size'");
+  const auto [code, message] = error_of([&] { Map::open(path, Access::kRead); });
+  EXPECT_EQ(code, ErrorCode::kCorrupt);
+  EXPECT_NE(message.find("geometries"), std::string::npos) << message;
 }
 
 TEST(Map, ALostCubeStoreIsMadeAnewByAWriter) {

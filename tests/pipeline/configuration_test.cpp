@@ -1,3 +1,4 @@
+#include <algorithm>
 #include <fstream>
 #include <set>
 
@@ -140,6 +141,38 @@ TEST_F(ConfigurationTest, TheSchemaKnowsTheSameKeys) {
   }
   const auto keys = configuration_keys();
   EXPECT_EQ(in_schema, std::set<std::string>(keys.begin(), keys.end()));
+}
+
+TEST_F(ConfigurationTest, AnOverlongKeyIsToldShortAndOnOneLine) {
+  const std::string message = message_of("\"" + std::string(100'000, 'k') + "\\nx\": 1");
+  EXPECT_LT(message.size(), 300u);
+  EXPECT_EQ(message_of("\"a\\nb\": 1").find('\n'), std::string::npos);
+}
+
+TEST_F(ConfigurationTest, TellsTwentyViolationsAndNoMore) {
+  std::string yaml = "io:\n", sections;
+  for (int i = 0; i < 1000; ++i) {
+    yaml += "  unknown_" + std::to_string(i) + ": 1\n";
+    sections += "unknown_" + std::to_string(i) + ": 1\n";
+  }
+  for (const std::string& text : {yaml, sections}) {
+    const std::string message = message_of(text);
+    EXPECT_EQ(std::count(message.begin(), message.end(), '\n'), 20) << message;
+  }
+}
+
+TEST_F(ConfigurationTest, AFileTooLargeForAConfigurationIsRefused) {
+  EXPECT_NE(message_of(std::string((1 << 20) + 1, '#')).find("too large"), std::string::npos);
+  EXPECT_NO_THROW(load(std::string(1 << 20, '#')));
+}
+
+TEST_F(ConfigurationTest, ADirectoryCannotBeRead) {
+  try {
+    load_configuration(directory_.path());
+    FAIL() << "a directory was accepted";
+  } catch (const Error& error) {
+    EXPECT_EQ(error.code(), ErrorCode::kIo);
+  }
 }
 
 }  // namespace

@@ -13,6 +13,7 @@ namespace gdfmap {
 namespace {
 
 using test::failed_cube;
+using test::quantized_tile;
 using test::sample_cube;
 using test::sample_tile;
 
@@ -206,29 +207,6 @@ TEST(TileCodec, RefusesEveryTruncationAndEveryTrailingByte) {
   }
   bytes.push_back(std::byte{0});
   expect_corrupt(bytes, "size does not match");
-}
-
-/// sample_tile() with everything on the grid of the quantised codec.
-TileRecord quantized_tile(double edge) {
-  TileRecord tile = sample_tile({0, 1, 2, 3}, 5);
-  tile.codec = CubeCodec::kQuantized;
-  tile.cube_edge = edge;
-  for (CubeRecord& cube : tile.cubes) {
-    for (float* const value :
-         {&cube.errors.mae, &cube.errors.rmse, &cube.errors.p95, &cube.errors.max, &cube.reach}) {
-      *value = round_up_to_8_bits(*value);
-    }
-    Gaussians& g = cube.gaussians;
-    for (std::size_t k = 0; k < g.size(); ++k) {
-      for (std::size_t a = 0; a < 3; ++a) {
-        g.at(kMeanX + a, k) = stored_mean(mean_of_code(mean_code(g.at(kMeanX + a, k))), edge);
-        g.at(kRootSigmaX + a, k) =
-            stored_root_sigma(sigma_of_code(sigma_code(g.at(kRootSigmaX + a, k))), edge);
-      }
-    }
-    quantize_weights(g);
-  }
-  return tile;
 }
 
 TEST(TileCodec, QuantizedTilesReadBackWhatWasWritten) {

@@ -244,12 +244,12 @@ TEST_F(PointStoreTest, ADamagedBlockIsNamed) {
   PointStore store(path(), db::OpenMode::kRead);
   const Error error = error_of([&] { store.for_each_block({0, -3, 0, 4}, [](auto) {}); });
   EXPECT_EQ(error.code(), ErrorCode::kCorrupt);
-  EXPECT_EQ(error.what(), path().string() +
-                              ": tile (-3, 0, 4), block 1 of source 1 (cloud-1) is damaged: its "
-                              "checksum does not match");
+  const std::string fault = path().string() +
+                            ": tile (-3, 0, 4), block 1 of source 1 (cloud-1) is damaged: its "
+                            "checksum does not match";
+  EXPECT_EQ(error.what(), fault);
   EXPECT_TRUE(store.verify(false).empty());
-  EXPECT_EQ(store.verify(true),
-            std::vector<std::string>{"block 1 of cloud-1: its checksum does not match"});
+  EXPECT_EQ(store.verify(true), std::vector<std::string>{fault});
 }
 
 TEST_F(PointStoreTest, VerifyFindsCountsThatDoNotMatch) {
@@ -263,7 +263,17 @@ TEST_F(PointStoreTest, VerifyFindsCountsThatDoNotMatch) {
   EXPECT_EQ(faults_after("UPDATE sources SET num_read = 2"), 0u);
   EXPECT_EQ(faults_after("UPDATE blocks SET num_points = 2 WHERE id = 1"), 2u);
   EXPECT_EQ(faults_after("DELETE FROM blocks WHERE id = 1"), 1u);
-  EXPECT_EQ(faults_after("DELETE FROM tile_sources"), 2u);
+  EXPECT_EQ(faults_after("DELETE FROM tile_sources"), 3u);  // of source, block and tile
+}
+
+TEST_F(PointStoreTest, VerifyFindsPointsInCubesThatTheirTileDoesNotList) {
+  publish(*std::make_unique<PointStore>(create()), 1, {block_of({0, 0, 0, 0}, {{1, 2, 3}})});
+  db::Database(path(), db::OpenMode::kWrite).execute("UPDATE tile_sources SET cubes_0 = 2");
+  PointStore store(path(), db::OpenMode::kRead);
+  EXPECT_EQ(store.verify(true),
+            std::vector{path().string() +
+                        ": tile (0, 0, 0), block 1 of source 1 (cloud-1) has points in cubes that "
+                        "its tile does not list"});
 }
 
 TEST_F(PointStoreTest, SurvivesDamageAnywhereInTheFile) {

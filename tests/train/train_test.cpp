@@ -1,12 +1,18 @@
 #include <algorithm>
 #include <atomic>
 #include <cmath>
+#include <filesystem>
+#include <map>
 #include <random>
+#include <string>
+#include <utility>
+#include <vector>
 
 #include <gtest/gtest.h>
 
 #include <gdfmap/core/error.hpp>
 #include <gdfmap/pipeline/ingest.hpp>
+#include <gdfmap/query/distance_field.hpp>
 #include <gdfmap/train/exact_distance.hpp>
 #include <gdfmap/train/train.hpp>
 
@@ -139,6 +145,129 @@ TEST_F(TrainTest, FitsOnlyCubesWhoseInputsChanged) {
   EXPECT_GE(report.num_cubes_unchanged, 7);
 }
 
+/// The input digest of every stored cube, and of each cube's tile and index.
+std::map<std::pair<TileKey, int>, Digest> inputs_of(Map& map) {
+  std::map<std::pair<TileKey, int>, Digest> inputs;
+  std::vector<TileKey> keys;
+  map.cubes().for_each_state([&](const TileState& state) { keys.push_back(state.key); });
+  for (const TileKey& key : keys) {
+    const auto tile = map.cubes().read(key);
+    for (const CubeRecord& cube : tile.value().cubes) inputs[{key, cube.index}] = cube.input;
+  }
+  return inputs;
+}
+
+TEST_F(TrainTest, CountsAsFittedExactlyTheCubesWhoseInputsChanged) {
+  Map map = new_map("a.gdfmap", box_);
+  train(map, quick_options());
+  const auto before = inputs_of(map);
+  add(map, "more.ply", {box_[0] + Vector3(0.2, 0.1, 0.15)});
+  const TrainReport report = train(map);
+  std::int64_t num_changed = 0;
+  const auto after = inputs_of(map);
+  for (const auto& [cube, input] : after) {
+    const auto former = before.find(cube);
+    num_changed += former == before.end() || former->second != input;
+  }
+  EXPECT_GT(num_changed, 0);
+  EXPECT_LT(num_changed, static_cast<std::int64_t>(after.size()) / 2);
+  EXPECT_EQ(report.num_cubes_fitted, num_changed);
+}
+
+/// Runs SQL on the cubes of a map that nobody has open.
+void tamper(const std::filesystem::path& map, const std::string& sql) {
+  db::Database(map / "cubes.db", db::OpenMode::kWrite).execute(sql);
+}
+
+TEST_F(TrainTest, RebuildsWhateverOfItsTilesIsDamagedAndNothingElse) {
+  const auto path = directory_ / "a.gdfmap";
+  std::int64_t num_cubes = 0;
+  Digest digest;
+  {
+    Map map = new_map("a.gdfmap", box_);
+    train(map, quick_options());
+    num_cubes = map.cubes().totals().num_cubes;
+    digest = map.cubes().content_digest();
+  }
+  const std::string tile = " = (SELECT id FROM tiles WHERE num_cubes > 20 LIMIT 1)";
+  const std::vector<std::string> damages = {
+      "UPDATE tile_blobs SET data = zeroblob(length(data)) WHERE tile" + tile,
+      "UPDATE tiles SET content = zeroblob(16) WHERE id" + tile,
+      "UPDATE tiles SET num_poor = num_poor + 1 WHERE id" + tile,
+      "UPDATE tiles SET num_cubes = 100000 WHERE id" + tile,
+      "UPDATE tiles SET mean_mae = 0.5 WHERE id" + tile,
+      "UPDATE tiles SET checksum = checksum + 1 WHERE id" + tile,
+      "DELETE FROM tile_blobs WHERE tile" + tile,
+      "DELETE FROM tiles WHERE id" + tile,
+      "DELETE FROM tiles; DELETE FROM tile_blobs",
+      "PRAGMA ignore_check_constraints = 1; UPDATE occupied SET mask = x'00'",
+      "DELETE FROM occupied"};
+  for (const std::string& damage : damages) {
+    SCOPED_TRACE(damage);
+    tamper(path, damage);
+    Map map = Map::open(path, Access::kWrite);
+    EXPECT_LE(train(map).num_cubes_fitted, num_cubes);
+    EXPECT_EQ(map.cubes().content_digest(), digest);
+    EXPECT_EQ(map.cubes().totals().num_cubes, num_cubes);
+    EXPECT_EQ(map.cubes().verify(true), std::vector<std::string>{});
+    EXPECT_FALSE(map.cubes().occupied().empty());
+  }
+}
+
+TEST_F(TrainTest, TellsADamagedTileAndFitsItAlone) {
+  {
+    Map map = new_map("a.gdfmap", {{0.5, 0.5, 0.5}, {100.5, 0.5, 0.5}});
+    train(map, quick_options());
+  }
+  tamper(directory_ / "a.gdfmap",
+         "UPDATE tile_blobs SET data = zeroblob(length(data)) "
+         "WHERE tile = (SELECT id FROM tiles WHERE x = 12 AND y = 0 AND z = 0)");
+  class Warnings : public ReportSink {
+   public:
+    void on_progress(const Progress&) override {}
+    void on_message(Severity, const std::string& message) override { text += message + "\n"; }
+    std::string text;
+  } warnings;
+  RunContext context;
+  context.sink = &warnings;
+  Map map = Map::open(directory_ / "a.gdfmap", Access::kWrite);
+  const TrainReport report = train(map, {}, context);
+  EXPECT_EQ(report.num_tiles_damaged, 1);
+  EXPECT_EQ(report.num_tiles_trained, 1);
+  EXPECT_GT(report.num_cubes_fitted, 0);
+  EXPECT_LE(report.num_cubes_fitted, 7);
+  EXPECT_NE(warnings.text.find("tile 0,12,0,0: checksum"), std::string::npos) << warnings.text;
+}
+
+TEST_F(TrainTest, AnInterruptedRetrainIsContinuedByAPlainRun) {
+  TrainOptions other = quick_options();
+  other.config->max_iterations = 4;
+  other.retrain = true;
+  Map whole = new_map("whole.gdfmap", box_), map = new_map("a.gdfmap", box_);
+  train(whole, other);
+  train(map, quick_options());
+  const std::atomic<bool> stop = true;
+  RunContext context;
+  context.stop = &stop;
+  EXPECT_THROW(train(map, other, context), Error);
+  EXPECT_GT(train(map).num_cubes_fitted, 0);
+  EXPECT_EQ(map.cubes().content_digest(), whole.cubes().content_digest());
+}
+
+TEST_F(TrainTest, PointsThatWentTakeTheirTilesAndNothingElse) {
+  Map whole = new_map("whole.gdfmap", {{0.5, 0.5, 0.5}});
+  train(whole, quick_options());
+  Map map = new_map("a.gdfmap", {{0.5, 0.5, 0.5}});
+  add(map, "far.ply", {{100.5, 0.5, 0.5}});
+  train(map, quick_options());
+  map.points().remove(map.points().sources().back().id);
+  const TrainReport report = train(map);
+  EXPECT_GT(report.num_tiles_deleted, 0);
+  EXPECT_EQ(report.num_cubes_fitted, 0);
+  EXPECT_EQ(map.cubes().content_digest(), whole.cubes().content_digest());
+  EXPECT_EQ(map.cubes().occupied(), whole.cubes().occupied());
+}
+
 TEST_F(TrainTest, ADuplicateOfAPointChangesNoCube) {
   Map map = new_map("a.gdfmap", box_);
   train(map, quick_options());
@@ -191,6 +320,47 @@ TEST_F(TrainTest, InterruptedItKeepsWhatIsFinishedAndGoesOn) {
   EXPECT_LT(num_cubes, whole.cubes().totals().num_cubes);
   train(map);
   EXPECT_EQ(map.cubes().content_digest(), whole.cubes().content_digest());
+}
+
+/// Asks a field of its own, opened anew between commits, at the same places.
+class ReaderBeside : public ReportSink {
+ public:
+  ReaderBeside(std::filesystem::path map, std::span<const Vector3> places)
+      : map_(std::move(map)), places_(places) {}
+  void on_progress(const Progress&) override { answers.push_back(ask()); }
+  void on_message(Severity, const std::string&) override {}
+  [[nodiscard]] std::vector<FieldSample> ask() const {
+    std::vector<FieldSample> samples(places_.size());
+    DistanceField(Map::open(map_, Access::kRead)).at(places_, samples);
+    return samples;
+  }
+  std::vector<std::vector<FieldSample>> answers;
+
+ private:
+  std::filesystem::path map_;
+  std::span<const Vector3> places_;
+};
+
+TEST_F(TrainTest, AReaderBesideItGetsTheFinalAnswerOrNone) {
+  Map map = new_map("a.gdfmap", box_);
+  ReaderBeside reader(map.path(), std::span(box_).first(200));
+  RunContext context;
+  context.sink = &reader;
+  context.memory_bytes = kMinMemoryBytes;  // one tile a commit
+  train(map, quick_options(), context);
+  const std::vector<FieldSample> final_answers = reader.ask();
+  ASSERT_GT(reader.answers.size(), 5u);
+  std::size_t num_unknown = 0, num_fine = 0;
+  for (const auto& answers : reader.answers) {
+    for (std::size_t i = 0; i < answers.size(); ++i) {
+      num_unknown += answers[i].status == FieldStatus::kUnknown;
+      if (answers[i].status != FieldStatus::kFine) continue;
+      ++num_fine;
+      EXPECT_EQ(answers[i].distance, final_answers[i].distance);
+    }
+  }
+  EXPECT_GT(num_unknown, 0u);
+  EXPECT_GT(num_fine, 0u);
 }
 
 TEST_F(TrainTest, AnEmptyMapTrainsToNothing) {

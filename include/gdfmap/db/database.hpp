@@ -149,7 +149,8 @@ struct Schema {
 };
 
 /// Creates the schema in an empty file, or checks the one that is there.
-/// @throws Error kCorrupt when the file is of another kind or of an unknown major version.
+/// @throws Error kCorrupt when the file is of another kind, of an unknown major version, or lacks a
+///         table of the schema.
 void prepare_schema(Database& database, const Schema& schema, OpenMode mode);
 
 /// kRead where the directory of the file can be written, else kImmutable.

@@ -36,11 +36,10 @@ struct Configuration {
   [[nodiscard]] FitConfig fit_config(double map_cube_size) const;
 };
 
-/// Reads and validates a YAML file.
+/// Reads and validates a YAML file of at most 1 MiB.
 /// @throws Error kIo when it cannot be read; kUsage for anything in it that is wrong: all
-/// violations at
-///         once, a line each, with key paths; an unknown key is named together with the nearest
-///         known one.
+///         violations (the first twenty) at once, a line each, with key paths; an unknown key is
+///         named together with the nearest known one.
 [[nodiscard]] Configuration load_configuration(const std::filesystem::path& path);
 
 /// Every key that load_configuration accepts, "section.key", in file order.

@@ -10,6 +10,7 @@
 #include <vector>
 
 #include <gdfmap/core/cube_mask.hpp>
+#include <gdfmap/core/run_context.hpp>
 #include <gdfmap/db/database.hpp>
 #include <gdfmap/store/tile_record.hpp>
 
@@ -61,6 +62,11 @@ class CubeStore {
   /// Replaces the table of occupied tiles (in any order, each once) in one transaction, when it
   /// differs.
   void set_occupied(std::span<const OccupiedTile> tiles);
+  /// Deletes in one transaction every tile that verify(true) would name, and cubes without a tile,
+  /// so that what is left can be trusted. Returns one line for each.
+  /// @throws Error kInterrupted when stopped, nothing deleted; kCorrupt when the file itself is
+  ///         damaged beyond its tiles.
+  [[nodiscard]] std::vector<std::string> delete_damaged(const RunContext& context = {});
   /// @}
 
   /// Every tile, in key order. The visitor must not write to this store.
@@ -79,9 +85,10 @@ class CubeStore {
   [[nodiscard]] Digest content_digest();
 
   /// SQLite's integrity check, and that the tables agree with each other; with `checksums` also
-  /// every tile's checksum, bytes, counts and content digest. Returns one line for each fault
-  /// found.
-  [[nodiscard]] std::vector<std::string> verify(bool checksums);
+  /// every tile's checksum, bytes, counts and content digest. Reads one snapshot: a writer beside
+  /// it is no fault. Returns one line for each fault found.
+  /// @throws Error kInterrupted when stopped
+  [[nodiscard]] std::vector<std::string> verify(bool checksums, const RunContext& context = {});
 
  private:
   struct Impl;

@@ -149,9 +149,11 @@ class PointStore {
   };
   [[nodiscard]] Totals totals();
 
-  /// SQLite's integrity check, schema and counts; with `checksums` also every block's checksum.
-  /// Returns one line for each fault found.
-  [[nodiscard]] std::vector<std::string> verify(bool checksums);
+  /// SQLite's integrity check and counts; with `checksums` also every block's checksum, points and
+  /// occupied cubes. Reads one snapshot: a writer beside it is no fault. Returns one line for each
+  /// fault found; a damaged block is named with its tile and its source.
+  /// @throws Error kInterrupted when stopped
+  [[nodiscard]] std::vector<std::string> verify(bool checksums, const RunContext& context = {});
 
  private:
   struct Impl;

@@ -20,7 +20,8 @@ struct TrainOptions {
 struct TrainReport {
   std::int64_t num_tiles = 0;          ///< candidates: occupied tiles and their surroundings
   std::int64_t num_tiles_trained = 0;  ///< of them stale, and brought up to date by this run
-  std::int64_t num_tiles_deleted = 0;
+  std::int64_t num_tiles_deleted = 0;  ///< no candidates any more
+  std::int64_t num_tiles_damaged = 0;  ///< found damaged, each also told as a warning
   std::int64_t num_cubes_fitted = 0;
   std::int64_t num_cubes_unchanged = 0;  ///< in stale tiles, but with the same inputs as before
   std::int64_t num_cubes_poor = 0;       ///< of the fitted ones
@@ -29,8 +30,8 @@ struct TrainReport {
 
 /// Brings the cubes of a map (opened for writing) in line with its points. Fits only cubes whose
 /// inputs changed; the result depends on the points and the configuration alone, not on what was
-/// trained before, nor on threads or memory. Interrupted, it has committed what was finished: run
-/// it again.
+/// trained before, nor on threads or memory. Stored tiles that are damaged are fitted again.
+/// Interrupted, it has committed what was finished: run it again.
 /// @throws Error kUsage when `config` differs from the stored one without `retrain` (the message
 /// lists
 ///         the keys), kInterrupted when stopped, and what the stores throw.
