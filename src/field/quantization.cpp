@@ -75,8 +75,11 @@ float largest_weight(const Gaussians& gaussians) {
 }
 
 void quantize_weights(Gaussians& gaussians) {
+  const auto weights = gaussians.row(kWeight);
+  if (!std::all_of(weights.begin(), weights.end(), [](float w) { return std::isfinite(w); }))
+    return;
   const float largest = largest_weight(gaussians);
-  for (float& w : gaussians.row(kWeight)) w = weight_of_code(weight_code(w, largest), largest);
+  for (float& w : weights) w = weight_of_code(weight_code(w, largest), largest);
 }
 
 float round_up_to_8_bits(float value) {

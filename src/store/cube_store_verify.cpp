@@ -47,7 +47,8 @@ bool same_counts(const TileState& a, const TileState& b) {
 const char* fault_of(const TileState& state, std::span<const std::byte> data,
                      std::uint64_t checksum) {
   if (hash64(data) != checksum) return "checksum does not match";
-  const TileRecord tile{state.key, state.surroundings, state.configuration, decode_tile(data)};
+  TileRecord tile = decode_tile(data);
+  tile.key = state.key;
   const TileState actual = summarize(tile, data.size());
   if (!same_counts(actual, state)) return "cubes differ from its row's counts";
   if (actual.content != state.content) return "content digest does not match";

@@ -158,27 +158,6 @@ TileSummary read_summary(const db::Statement& row, int first_column) {
   return summary;
 }
 
-std::vector<TileOffset> read_block(const db::Statement& row) {
-  try {
-    const std::span<const std::byte> data = row.blob(8);
-    if (hash64(data) != static_cast<std::uint64_t>(row.integer(7))) {
-      throw Error(ErrorCode::kCorrupt, "its checksum does not match");
-    }
-    std::vector<TileOffset> points = decode_block(data);
-    if (points.size() != static_cast<std::uint64_t>(row.integer(6))) {
-      throw Error(ErrorCode::kCorrupt, "its number of points does not match");
-    }
-    return points;
-  } catch (const Error& error) {
-    throw Error(ErrorCode::kCorrupt, block_name(row) + " is damaged: " + error.what());
-  }
-}
-
-std::string block_name(const db::Statement& row) {
-  return "tile (" + row.text(0) + ", " + row.text(1) + ", " + row.text(2) + "), block " +
-         row.text(3) + " of source " + row.text(4) + " (" + row.text(5) + ")";
-}
-
 PointStore::Impl::Impl(const std::filesystem::path& path, db::OpenMode mode,
                        std::size_t cache_bytes)
     : database(path, mode), writes(mode == db::OpenMode::kCreate || mode == db::OpenMode::kWrite) {

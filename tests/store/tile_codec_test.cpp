@@ -231,8 +231,8 @@ constexpr char kGoldenQuantizedHex[] =
     "2c01" "12" "0000" "00"                                        // cube 300: failed, not finite
     "0000" "0000" "0000" "0000" "0000"
     "0000000000000000" "0000000000000000" "00000000"
-    "00fe030800f8f7ff"                                             // means −1, 2, −1; σ 0.04, …, 4
-    "ff01f80f00f8ff3f";
+    "00fe030800f8f7ff"                                           // codes 0 511 0, 1 0 255, 4095
+    "ff018000f8ffff3f";                                          // codes 511 0 32, 0 255 255, −2048
 // clang-format on
 
 TEST(TileCodec, WritesTheQuantizedBytesThatTheFormatSpecifies) {

@@ -39,7 +39,8 @@ inline constexpr float kLeastLargestWeight = 1e-30f;
 
 /// Magnitude of the largest weight, metres; 0 below kLeastLargestWeight.
 [[nodiscard]] float largest_weight(const Gaussians& gaussians);
-/// Rounds weights, metres, to the grid of the largest of them.
+/// Rounds weights, metres, to the grid of the largest of them; all stay as they are when one is not
+/// finite.
 void quantize_weights(Gaussians& gaussians);
 
 /// The least float of 8 significant bits that is not below a value ≥ 0; NaN stays NaN.
