@@ -14,7 +14,7 @@ inline TileRecord sample_tile(const TileKey& key, int num_cubes, std::size_t num
   const auto uniform = [&](float low, float high) {
     return low + (high - low) * static_cast<float>(random() % 10000) / 10000.0f;
   };
-  TileRecord tile{key, {1, 2}, {3, 4}, {}};
+  TileRecord tile{key, {1, 2}, {3, 4}, CubeCodec::kFloat32, 0.0, {}};
   for (int i = 0; i < num_cubes; ++i) {
     CubeRecord& cube = tile.cubes.emplace_back();
     cube.index = i;

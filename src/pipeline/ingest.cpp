@@ -12,8 +12,8 @@ namespace {
 /// Figures of BENCHMARK.md's map of an indoor scan: candidates for each occupied cube, bytes and
 /// milliseconds for each candidate.
 constexpr double kCandidatesPerOccupiedCube = 4.0;
-constexpr double kBytesPerCube = 430.0;
-constexpr double kMillisecondsPerCube = 4.0;
+constexpr double kBytesPerCube = 130.0;
+constexpr double kMillisecondsPerCube = 1.0;
 
 std::array<double, 16> read_matrix(const std::filesystem::path& path) {
   std::ifstream file(path);

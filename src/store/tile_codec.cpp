@@ -5,8 +5,6 @@
 #include <limits>
 #include <string>
 
-#include <Eigen/Core>
-
 #include <gdfmap/core/error.hpp>
 #include <gdfmap/store/tile_codec.hpp>
 
@@ -21,17 +19,18 @@ constexpr std::size_t kShortCubeBytes = 36;
 constexpr double kMinEdge = 1e-6, kMaxEdge = 1e9;
 constexpr std::size_t kGaussianBytes = kNumGaussianRows * sizeof(float);
 
-/// Whether all values of a row are finite and, in the rows of root sigmas, not too small.
+/// Whether all values of a row are finite and, in the rows of root sigmas, not too small. Without
+/// branches, so that several values are compared at once.
 bool is_usable(std::size_t row, std::span<const float> values) {
-  if (values.empty()) return true;
   const bool is_root_sigma = row >= kRootSigmaX && row < kWeight;
   const float least = is_root_sigma ? kMinRootSigma : 0.0f;
-  const auto magnitudes =
-      Eigen::Map<const Eigen::ArrayXf>(values.data(), static_cast<Eigen::Index>(values.size()))
-          .abs();
-  // Both are false for what is not a number.
-  return magnitudes.minCoeff<Eigen::PropagateNaN>() >= least &&
-         magnitudes.maxCoeff<Eigen::PropagateNaN>() <= std::numeric_limits<float>::max();
+  constexpr float kMost = std::numeric_limits<float>::max();
+  int num_usable = 0;
+  for (const float value : values) {
+    const float magnitude = std::fabs(value);  // NaN fails both comparisons
+    num_usable += static_cast<int>(magnitude >= least) & static_cast<int>(magnitude <= kMost);
+  }
+  return num_usable == static_cast<int>(values.size());
 }
 
 /// What is wrong with a cube, or null: the rules that writer and reader share.
