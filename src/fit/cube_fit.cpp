@@ -16,7 +16,7 @@ constexpr int kAtomsPerRound = 4;
 /// Ridges relative to the mean diagonal of the weights' Gram matrix: in pursuit, where atoms may be
 /// much alike, and after rounding, where it only keeps the numbers finite.
 constexpr double kPursuitRidge = 1e-5;
-constexpr double kRoundingRidge = 1e-7;
+constexpr double kRoundingRidge = 1e-6;
 
 /// A cube on its way up the ladder.
 struct Climber {

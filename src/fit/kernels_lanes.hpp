@@ -3,6 +3,8 @@
 // The arithmetic of the fit, written once for any lane type (src/core/lanes.hpp). Included by
 // one .cpp file per instruction set; everything has internal linkage and works on raw arrays.
 
+#include <limits>
+
 #include <gdfmap/fit/cube_problem.hpp>
 
 #include "core/lanes.hpp"
@@ -430,9 +432,15 @@ struct FitArithmetic {
     pad_with_identity(w.factor, rows);
     cholesky(w.factor, num_matrix_tiles(rows));
     solve_factored(w.factor, rows, w.vector);
+    // Where shapes are so much alike that rounding made the matrix singular, the weights stay. They
+    // become NaN with the cost alone, so that a problem that is none is noticed.
+    const Lanes most(std::numeric_limits<Scalar>::max());
+    const typename Lanes::Mask has_cost = at(w.cost, 0) <= most;
     for (int k = 0; k < rows; ++k) {
       const int i = kFitParameters * k + kFitWeight;
-      put(w.candidate, i, at(w.candidate, i) + at(w.vector, k));
+      const Lanes solved = at(w.candidate, i) + at(w.vector, k);
+      const Lanes kept = select(abs(solved) <= most, solved, at(w.candidate, i));
+      put(w.candidate, i, select(has_cost, kept, solved));
     }
   }
 

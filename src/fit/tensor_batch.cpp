@@ -63,7 +63,7 @@ struct TensorBatch<Scalar>::Impl {
   const FitKernels<Scalar>& kernels;
   int max_gaussians;
   FitArrays<Scalar> arrays;
-  std::unique_ptr<Scalar, Free> memory;
+  std::unique_ptr<void, Free> memory;
   std::array<Scalar, kSamplesPerAxis> sample_positions, sample_weights;
   std::array<Scalar, kHeldOutPerAxis> held_out_positions{};
 
@@ -81,7 +81,8 @@ struct TensorBatch<Scalar>::Impl {
 
   [[nodiscard]] std::size_t lanes() const { return static_cast<std::size_t>(kernels.num_lanes); }
 
-  /// One zeroed piece of memory for all arrays: an idle lane holds harmless numbers.
+  /// One zeroed piece of memory for all arrays: an idle lane holds harmless numbers. What few
+  /// Gaussians do not need is never touched.
   void allocate() {
     const int rows = kFitParameters * max_gaussians;
     constexpr int kAtoms = PursuitDictionary<Scalar>::kMaxAtoms;
@@ -106,10 +107,12 @@ struct TensorBatch<Scalar>::Impl {
     };
     std::size_t total = 0;
     for (const auto& [array, size] : sizes) total += rounded(size);
-    memory.reset(static_cast<Scalar*>(std::aligned_alloc(kAlignment, total * sizeof(Scalar))));
+    std::size_t num_bytes = total * sizeof(Scalar) + kAlignment;
+    memory.reset(std::calloc(num_bytes, 1));
     if (!memory) throw std::bad_alloc();
-    std::fill_n(memory.get(), total, Scalar(0));
-    Scalar* next = memory.get();
+    void* begin = memory.get();
+    auto* next =
+        static_cast<Scalar*>(std::align(kAlignment, total * sizeof(Scalar), begin, num_bytes));
     for (const auto& [array, size] : sizes) {
       *array = next;
       next += rounded(size);

@@ -1,6 +1,8 @@
 #include "unit_cache.hpp"
 
+#include <algorithm>
 #include <array>
+#include <exception>
 #include <utility>
 
 namespace gdfmap {
@@ -48,11 +50,12 @@ void UnitCache::split(const TileKey& key, const Octant& octant, std::vector<Octa
   }
 }
 
-UnitCache::Index UnitCache::build(const TileKey& key, const Octant& octant) {
+UnitCache::Index UnitCache::build(const TilePoints& tile, const Octant& octant) {
   std::vector<NearestPointIndex::Point> points;
+  points.reserve(std::min(tile.num_points, kMaxUnitPoints));
   {
     const std::lock_guard lock(store_mutex_);
-    store_.for_each_block(key, [&](std::span<const TileOffset> block) {
+    store_.for_each_block(tile.key, [&](std::span<const TileOffset> block) {
       for (const TileOffset& p : block) {
         if (octant.contains(p)) points.push_back({p.x, p.y, p.z});
       }
@@ -77,7 +80,7 @@ UnitCache::Index UnitCache::index(std::size_t tile, std::size_t part, const Octa
     entries_[key] = recent_.begin();
   }
   try {
-    Index index = build(tiles_[tile].key, octant);
+    Index index = build(tiles_[tile], octant);
     promise.set_value(index);
     account(key, index->memory_bytes());
     return index;

@@ -68,7 +68,7 @@ class UnitCache {
   };
 
   void split(const TileKey& key, const Octant& octant, std::vector<Octant>& result);
-  [[nodiscard]] Index build(const TileKey& key, const Octant& octant);
+  [[nodiscard]] Index build(const TilePoints& tile, const Octant& octant);
   void account(const Key& key, std::size_t bytes);
   void forget(const Key& key);
 

@@ -128,6 +128,18 @@ TEST(TensorBatch, SolvedWeightsLeaveNoGradientInThem) {
   }
 }
 
+TEST(TensorBatch, KeepsTheWeightsOfGaussiansThatAreAllTheSame) {
+  const test::CubeTargets targets(test::planes_distance(7));
+  TensorBatch<float> batch(8);
+  FitParameters<float> parameters = example_parameters(8).cast<float>();
+  for (Eigen::Index k = 1; k < 8; ++k) parameters.col(k) = parameters.col(0);
+  batch.set_problem(0, {targets.targets, 1.0});
+  batch.set_candidate(0, parameters);
+  batch.evaluate();
+  batch.solve_weights(-1e-3);  // surely not positive definite
+  EXPECT_EQ(batch.candidate(0), parameters);
+}
+
 TEST(TensorBatch, PursuitFindsAnAtomThatIsThere) {
   const test::CubeTargets targets([](const Vector3& p) {
     const Vector3 u = (p - Vector3(0.5, 0.25, 0.75)) / 0.25;

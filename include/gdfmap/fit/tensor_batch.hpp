@@ -65,8 +65,8 @@ class TensorBatch {
   [[nodiscard]] double predicted_decrease(int lane) const;
 
   /// Moves the candidates' weights to the least-squares ones for their shapes; `ridge` times the
-  /// mean diagonal is added to the Gram matrix. Wants evaluate() before and leaves cost and
-  /// residuals as they were.
+  /// mean diagonal is added to the Gram matrix; where it is singular nevertheless the weights stay.
+  /// Wants evaluate() before and leaves cost and residuals as they were.
   void solve_weights(double ridge);
   /// Sets Gaussians [first, first + count) of the candidates to what the residuals ask for most:
   /// tensor products of a small dictionary, found by matching pursuit, with weight 0. Wants
