@@ -21,7 +21,7 @@ constexpr Help kHelp = {
     "Checks both databases, that they belong together, and every checksum of points and cubes. "
     "Prints one line for each fault and then ends with exit code 4. Changes nothing; it may run "
     "beside a writer, but keeps one from beginning. Damaged cubes are fitted again by the next "
-    "`gdfmap train`; damaged points have to be ingested again.",
+    "`gdfmap train`; a source with damaged points has to be removed and ingested again.",
     "  gdfmap verify city.gdfmap\n"
     "  gdfmap verify city.gdfmap --quick"};
 
@@ -63,7 +63,7 @@ std::string remedy(const VerifyReport& report) {
     text += "; `gdfmap train` fits damaged cubes again, without cubes.db it makes all of them anew";
   }
   if (!report.point_faults.empty()) {
-    text += "; points of a damaged source have to be ingested again";
+    text += "; a source with damaged points: `gdfmap remove` it and ingest it again";
   }
   return text;
 }
