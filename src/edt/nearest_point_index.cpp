@@ -103,14 +103,13 @@ std::vector<TreeNode> make_nodes(Boxes& boxes) {
 
 struct NearestPointIndex::Tree {
   const SearchKernels* kernels = nullptr;
-  std::size_t num_points = 0;
   Eigen::AlignedBox3f bounds;
   std::vector<TreeLeaf> leaves;
   std::vector<std::vector<TreeNode>> levels;  ///< levels[0] above the leaves, the last is the root
   SearchTree view;
 
   Tree(std::span<const Point> points, InstructionSet set)
-      : kernels(&search_kernels(set)), num_points(points.size()), leaves(make_leaves(points)) {
+      : kernels(&search_kernels(set)), leaves(make_leaves(points)) {
     Boxes boxes = boxes_of(leaves);
     while (!boxes.empty()) {
       levels.push_back(make_nodes(boxes));
@@ -129,7 +128,6 @@ NearestPointIndex::NearestPointIndex(std::span<const Point> points, InstructionS
 NearestPointIndex::~NearestPointIndex() = default;
 NearestPointIndex::NearestPointIndex(NearestPointIndex&&) noexcept = default;
 
-std::size_t NearestPointIndex::num_points() const { return tree_->num_points; }
 const Eigen::AlignedBox3f& NearestPointIndex::bounds() const { return tree_->bounds; }
 
 std::size_t NearestPointIndex::memory_bytes() const {

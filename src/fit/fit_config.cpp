@@ -49,13 +49,15 @@ bool read(std::string_view text, std::vector<int>& values) {
 }
 
 bool read(std::string_view text, Solver& value) {
-  value = text == "ceres" ? Solver::kCeres : Solver::kTensor;
-  return text == "ceres" || text == "tensor";
+  const auto found = find_solver(text);
+  if (found) value = *found;
+  return found.has_value();
 }
 
 bool read(std::string_view text, CubeCodec& value) {
-  value = text == "quantized" ? CubeCodec::kQuantized : CubeCodec::kFloat32;
-  return text == "quantized" || text == "float32";
+  const auto found = find_codec(text);
+  if (found) value = *found;
+  return found.has_value();
 }
 
 /// Calls visit(key, member) for every member, in the order of the canonical text.
@@ -78,6 +80,18 @@ std::map<std::string, std::string> to_values(const FitConfig& config) {
 }
 
 }  // namespace
+
+std::optional<Solver> find_solver(std::string_view name) {
+  if (name == "tensor") return Solver::kTensor;
+  if (name == "ceres") return Solver::kCeres;
+  return std::nullopt;
+}
+
+std::optional<CubeCodec> find_codec(std::string_view name) {
+  if (name == "quantized") return CubeCodec::kQuantized;
+  if (name == "float32") return CubeCodec::kFloat32;
+  return std::nullopt;
+}
 
 std::optional<FitPreset> find_preset(std::string_view name) {
   if (name == "fast") return FitPreset::kFast;

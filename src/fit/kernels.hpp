@@ -17,13 +17,27 @@ inline constexpr double kDiagonalFloor = 1e-8;
 /// the identity.
 inline constexpr int kMatrixTile = 4;
 
-[[nodiscard]] constexpr int num_matrix_tiles(int rows) {
-  return (rows + kMatrixTile - 1) / kMatrixTile;
-}
-[[nodiscard]] constexpr int matrix_size(int rows) {
+// Of internal linkage, because the kernels call them too (see core/lanes.hpp).
+namespace {
+
+constexpr int num_matrix_tiles(int rows) { return (rows + kMatrixTile - 1) / kMatrixTile; }
+
+/// Entries of the whole triangle of tiles.
+constexpr int matrix_size(int rows) {
   const int n = num_matrix_tiles(rows);
   return n * (n + 1) / 2 * kMatrixTile * kMatrixTile;
 }
+
+/// Place of tile (i, j), i ≥ j, that of its first entry.
+constexpr int tile_index(int i, int j) { return (i * (i + 1) / 2 + j) * kMatrixTile * kMatrixTile; }
+
+/// Place of an entry of the lower triangle, row ≥ column.
+constexpr int matrix_index(int row, int column) {
+  return tile_index(row / kMatrixTile, column / kMatrixTile) + row % kMatrixTile * kMatrixTile +
+         column % kMatrixTile;
+}
+
+}  // namespace
 
 /// Atoms of pursuit along one axis, and what every tensor product of three of them needs.
 template <typename Scalar>

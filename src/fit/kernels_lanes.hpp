@@ -7,15 +7,14 @@
 
 #include <gdfmap/fit/cube_problem.hpp>
 
-#include "core/lanes.hpp"
 #include "kernels.hpp"
+#include "matrix_lanes.hpp"
+#include "pursuit_lanes.hpp"
 
 namespace gdfmap {
 namespace {
 
-constexpr int kN = kSamplesPerAxis;
 constexpr int kKinds = 3;  // value, derivative in the mean, derivative in log sigma
-constexpr int kT = kMatrixTile;
 
 /// Which of an axis' three vectors a parameter asks for.
 constexpr int basis_kind(int parameter, int axis) {
@@ -24,38 +23,42 @@ constexpr int basis_kind(int parameter, int axis) {
   return 0;
 }
 
-/// Place of an entry of the lower triangle, row ≥ column, within the tiles.
-constexpr int matrix_index(int row, int column) {
-  const int i = row / kT, j = column / kT;
-  return ((i * (i + 1) / 2 + j) * kT + row % kT) * kT + column % kT;
-}
-
 template <typename Lanes>
-struct FitArithmetic {
-  using Scalar = typename Lanes::Scalar;
+struct FitArithmetic : LaneArrays<Lanes> {
+  using typename LaneArrays<Lanes>::Scalar;
+  using LaneArrays<Lanes>::kW, LaneArrays<Lanes>::at, LaneArrays<Lanes>::put;
   using Arrays = FitArrays<Scalar>;
-  static constexpr int kW = Lanes::kWidth;
-
-  static Lanes at(const Scalar* array, int i) { return Lanes::load(array + i * kW); }
-  static void put(Scalar* array, int i, Lanes v) { v.store(array + i * kW); }
+  using Matrix = MatrixArithmetic<Lanes>;
 
   /// The kN lane vectors of one kind of one Gaussian along one axis.
   static Scalar* basis(const Arrays& w, int axis, int k, int kind) {
     return w.basis + (((axis * w.num_gaussians + k) * kKinds + kind) * kN) * kW;
   }
 
+  /// The candidate's Gaussian k along one axis.
+  struct Shape {
+    Lanes mean, inverse_sigma;
+
+    Shape(const Arrays& w, int axis, int k)
+        : mean(at(w.candidate, kFitParameters * k + kFitMean + axis)),
+          inverse_sigma(exp(Lanes(0) - at(w.candidate, kFitParameters * k + kFitLogSigma + axis))) {
+    }
+    [[nodiscard]] Lanes offset(Scalar position) const {
+      return (Lanes(position) - mean) * inverse_sigma;
+    }
+    static Lanes value(Lanes offset) { return exp(Lanes(Scalar(-0.5)) * offset * offset); }
+  };
+
   static void compute_basis(const Arrays& w) {
     for (int a = 0; a < 3; ++a) {
       for (int k = 0; k < w.num_gaussians; ++k) {
-        const Lanes mean = at(w.candidate, kFitParameters * k + kFitMean + a);
-        const Lanes inverse_sigma =
-            exp(Lanes(0) - at(w.candidate, kFitParameters * k + kFitLogSigma + a));
+        const Shape shape(w, a, k);
         for (int i = 0; i < kN; ++i) {
-          const Lanes u = (Lanes(w.sample_position[i]) - mean) * inverse_sigma;
-          const Lanes value = exp(Lanes(Scalar(-0.5)) * u * u);
+          const Lanes u = shape.offset(w.sample_position[i]);
+          const Lanes value = Shape::value(u);
           const Lanes times_u = value * u;
           put(basis(w, a, k, 0), i, value);
-          put(basis(w, a, k, 1), i, times_u * inverse_sigma);
+          put(basis(w, a, k, 1), i, times_u * shape.inverse_sigma);
           put(basis(w, a, k, 2), i, times_u * u);
         }
       }
@@ -214,114 +217,6 @@ struct FitArithmetic {
     }
   }
 
-  /// Fills the tiles' rows from `rows` on with those of the identity.
-  static void pad_with_identity(Scalar* matrix, int rows) {
-    for (int row = rows; row < num_matrix_tiles(rows) * kT; ++row) {
-      for (int column = 0; column <= row; ++column) {
-        put(matrix, matrix_index(row, column), Lanes(Scalar(row == column ? 1 : 0)));
-      }
-    }
-  }
-
-  using Tile = Lanes[kT][kT];
-
-  static void load_tile(const Scalar* matrix, int i, int j, Tile& tile) {
-    const Scalar* const p = matrix + (i * (i + 1) / 2 + j) * kT * kT * kW;
-    for (int r = 0; r < kT; ++r) {
-      for (int c = 0; c < kT; ++c) tile[r][c] = at(p, r * kT + c);
-    }
-  }
-  static void store_tile(Scalar* matrix, int i, int j, const Tile& tile) {
-    Scalar* const p = matrix + (i * (i + 1) / 2 + j) * kT * kT * kW;
-    for (int r = 0; r < kT; ++r) {
-      for (int c = 0; c < kT; ++c) put(p, r * kT + c, tile[r][c]);
-    }
-  }
-
-  /// tile −= (tile (i, m)) (tile (j, m))ᵀ.
-  static void subtract_product(const Scalar* matrix, int i, int j, int m, Tile& tile) {
-    const Scalar* const left = matrix + (i * (i + 1) / 2 + m) * kT * kT * kW;
-    const Scalar* const right = matrix + (j * (j + 1) / 2 + m) * kT * kT * kW;
-#pragma GCC unroll 4
-    for (int k = 0; k < kT; ++k) {
-      Lanes b[kT];
-#pragma GCC unroll 4
-      for (int c = 0; c < kT; ++c) b[c] = at(right, c * kT + k);
-#pragma GCC unroll 4
-      for (int r = 0; r < kT; ++r) {
-        const Lanes a = at(left, r * kT + k);
-#pragma GCC unroll 4
-        for (int c = 0; c < kT; ++c) tile[r][c] = fnma(a, b[c], tile[r][c]);
-      }
-    }
-  }
-
-  /// Cholesky factor of a diagonal tile, with the inverse of its diagonal in place of it.
-  static void factor_diagonal(Tile& tile) {
-    for (int c = 0; c < kT; ++c) {
-      for (int m = 0; m < c; ++m) tile[c][c] = fnma(tile[c][m], tile[c][m], tile[c][c]);
-      tile[c][c] = Lanes(1) / sqrt(tile[c][c]);
-      for (int r = c + 1; r < kT; ++r) {
-        for (int m = 0; m < c; ++m) tile[r][c] = fnma(tile[r][m], tile[c][m], tile[r][c]);
-        tile[r][c] = tile[r][c] * tile[c][c];
-      }
-    }
-  }
-
-  /// tile ← tile · (lower triangle of diagonal)⁻ᵀ.
-  static void solve_triangle(const Tile& diagonal, Tile& tile) {
-    for (int c = 0; c < kT; ++c) {
-      for (int r = 0; r < kT; ++r) {
-        for (int m = 0; m < c; ++m) tile[r][c] = fnma(tile[r][m], diagonal[c][m], tile[r][c]);
-        tile[r][c] = tile[r][c] * diagonal[c][c];
-      }
-    }
-  }
-
-  /// Finishes tile (i, j) of the factor; those left of it in rows i and j are finished.
-  static void factor_tile(Scalar* matrix, int i, int j) {
-    Tile tile;
-    load_tile(matrix, i, j, tile);
-    for (int m = 0; m < j; ++m) subtract_product(matrix, i, j, m, tile);
-    if (i == j) {
-      factor_diagonal(tile);
-    } else {
-      Tile diagonal;
-      load_tile(matrix, j, j, diagonal);
-      solve_triangle(diagonal, tile);
-    }
-    store_tile(matrix, i, j, tile);
-  }
-
-  /// In place; the diagonal holds its inverse. A matrix that is not positive gives NaN. A panel of
-  /// columns at a time, so that a row is fetched once for all of them.
-  static void cholesky(Scalar* matrix, int num_tiles) {
-    constexpr int kPanel = 8;
-    for (int begin = 0; begin < num_tiles; begin += kPanel) {
-      for (int i = begin; i < num_tiles; ++i) {
-        for (int j = begin; j < begin + kPanel && j <= i; ++j) factor_tile(matrix, i, j);
-      }
-    }
-  }
-
-  /// vector ← (L Lᵀ)⁻¹ vector.
-  static void solve_factored(const Scalar* factor, int rows, Scalar* vector) {
-    for (int r = 0; r < rows; ++r) {
-      Lanes sum = at(vector, r);
-      for (int c = 0; c < r; ++c) {
-        sum = fnma(at(factor, matrix_index(r, c)), at(vector, c), sum);
-      }
-      put(vector, r, sum * at(factor, matrix_index(r, r)));
-    }
-    for (int c = rows - 1; c >= 0; --c) {
-      const Lanes solved = at(vector, c) * at(factor, matrix_index(c, c));
-      put(vector, c, solved);
-      for (int r = 0; r < c; ++r) {
-        put(vector, r, fnma(at(factor, matrix_index(c, r)), solved, at(vector, r)));
-      }
-    }
-  }
-
   static Lanes least_value(int row) {
     return Lanes(Scalar(row < kFitLogSigma ? kMinMean : kMinLogSigma));
   }
@@ -363,7 +258,7 @@ struct FitArithmetic {
       }
       put(w.factor, matrix_index(r, r), select(free < Lanes(Scalar(0.5)), Lanes(1), damped));
     }
-    pad_with_identity(w.factor, rows);
+    Matrix::pad_with_identity(w.factor, rows);
   }
 
   static Lanes clamped(Lanes v, Lanes low, Lanes high) { return min(max(v, low), high); }
@@ -402,8 +297,8 @@ struct FitArithmetic {
   static void step(const Arrays& w) {
     const int rows = kFitParameters * w.num_gaussians;
     damped_equations(w);
-    cholesky(w.factor, num_matrix_tiles(rows));
-    solve_factored(w.factor, rows, w.vector);
+    Matrix::cholesky(w.factor, num_matrix_tiles(rows));
+    Matrix::solve_factored(w.factor, rows, w.vector);
     take_step(w);
     put(w.predicted, 0, predicted_decrease(w));
   }
@@ -429,126 +324,19 @@ struct FitArithmetic {
       const int i = matrix_index(k, k);
       put(w.factor, i, at(w.factor, i) + added);
     }
-    pad_with_identity(w.factor, rows);
-    cholesky(w.factor, num_matrix_tiles(rows));
-    solve_factored(w.factor, rows, w.vector);
+    Matrix::pad_with_identity(w.factor, rows);
+    Matrix::cholesky(w.factor, num_matrix_tiles(rows));
+    Matrix::solve_factored(w.factor, rows, w.vector);
     // Where shapes are so much alike that rounding made the matrix singular, the weights stay. They
     // become NaN with the cost alone, so that a problem that is none is noticed.
-    const Lanes most(std::numeric_limits<Scalar>::max());
+    constexpr Scalar kMost = std::numeric_limits<Scalar>::max();
+    const Lanes most(kMost);
     const typename Lanes::Mask has_cost = at(w.cost, 0) <= most;
     for (int k = 0; k < rows; ++k) {
       const int i = kFitParameters * k + kFitWeight;
       const Lanes solved = at(w.candidate, i) + at(w.vector, k);
       const Lanes kept = select(abs(solved) <= most, solved, at(w.candidate, i));
       put(w.candidate, i, select(has_cost, kept, solved));
-    }
-  }
-
-  /// The best atom of each lane: place in the dictionary's cube of products, and its weight.
-  struct Choice {
-    Lanes gain, place, weight;
-  };
-
-  static void consider(Lanes correlation, Scalar inverse_norm, int place, Choice& best) {
-    const Lanes weight = correlation * Lanes(inverse_norm);
-    const Lanes gain = weight * correlation;
-    const typename Lanes::Mask better = best.gain < gain;
-    best.gain = select(better, gain, best.gain);
-    best.place = select(better, Lanes(static_cast<Scalar>(place)), best.place);
-    best.weight = select(better, weight, best.weight);
-  }
-
-  static Choice no_choice() { return {Lanes(-1), Lanes(0), Lanes(0)}; }
-
-  /// Inner products of every atom with what the model misses, and the best of them.
-  static Choice correlate(const Arrays& w, const PursuitDictionary<Scalar>& d) {
-    Choice best = no_choice();
-    int place = 0;
-    for (int ax = 0; ax < d.num_atoms; ++ax) {
-      Lanes over_x[kN][kN];
-      for (int y = 0; y < kN; ++y) {
-#pragma GCC unroll 12
-        for (int z = 0; z < kN; ++z) over_x[y][z] = Lanes(0);
-        for (int x = 0; x < kN; ++x) {
-          const Lanes value(Scalar(0) - d.value[ax][x]);
-#pragma GCC unroll 12
-          for (int z = 0; z < kN; ++z) {
-            over_x[y][z] = fma(value, at(w.weighted_residual, (x * kN + y) * kN + z), over_x[y][z]);
-          }
-        }
-      }
-      for (int ay = 0; ay < d.num_atoms; ++ay) {
-        Lanes over_y[kN];
-#pragma GCC unroll 12
-        for (int z = 0; z < kN; ++z) over_y[z] = Lanes(0);
-        for (int y = 0; y < kN; ++y) {
-          const Lanes value(d.value[ay][y]);
-#pragma GCC unroll 12
-          for (int z = 0; z < kN; ++z) over_y[z] = fma(value, over_x[y][z], over_y[z]);
-        }
-        for (int az = 0; az < d.num_atoms; ++az, ++place) {
-          Lanes even(0), odd(0);
-#pragma GCC unroll 6
-          for (int z = 0; z < kN; z += 2) {
-            even = fma(Lanes(d.value[az][z]), over_y[z], even);
-            odd = fma(Lanes(d.value[az][z + 1]), over_y[z + 1], odd);
-          }
-          const Lanes correlation = even + odd;
-          put(w.correlation, place, correlation);
-          consider(correlation, d.inverse_norm[ax][ay][az], place, best);
-        }
-      }
-    }
-    return best;
-  }
-
-  /// Subtracts the projection on the chosen atoms, so that the next best ones are others, and
-  /// returns those.
-  static Choice deflate(const Arrays& w, const PursuitDictionary<Scalar>& d, const int (*atom)[kW],
-                        Lanes weight) {
-    Lanes gram[3][PursuitDictionary<Scalar>::kMaxAtoms];
-    for (int a = 0; a < 3; ++a) {
-      for (int i = 0; i < d.num_atoms; ++i) {
-        alignas(64) Scalar column[kW];
-        for (int lane = 0; lane < kW; ++lane) column[lane] = d.gram[i][atom[a][lane]];
-        gram[a][i] = Lanes::load(column);
-      }
-    }
-    Choice best = no_choice();
-    int place = 0;
-    for (int ax = 0; ax < d.num_atoms; ++ax) {
-      const Lanes factor_x = weight * gram[0][ax];
-      for (int ay = 0; ay < d.num_atoms; ++ay) {
-        const Lanes factor = factor_x * gram[1][ay];
-        for (int az = 0; az < d.num_atoms; ++az, ++place) {
-          const Lanes correlation = fnma(factor, gram[2][az], at(w.correlation, place));
-          put(w.correlation, place, correlation);
-          consider(correlation, d.inverse_norm[ax][ay][az], place, best);
-        }
-      }
-    }
-    return best;
-  }
-
-  static void pursue(const Arrays& w, const PursuitDictionary<Scalar>& d, int first, int count) {
-    Choice best = correlate(w, d);
-    for (int k = first; k < first + count; ++k) {
-      alignas(64) Scalar places[kW];
-      best.place.store(places);
-      int atom[3][kW];
-      for (int lane = 0; lane < kW; ++lane) {
-        const int place = static_cast<int>(places[lane]);
-        atom[0][lane] = place / (d.num_atoms * d.num_atoms);
-        atom[1][lane] = place / d.num_atoms % d.num_atoms;
-        atom[2][lane] = place % d.num_atoms;
-        Scalar* const p = w.candidate + kFitParameters * k * kW + lane;
-        p[kFitWeight * kW] = Scalar(0);
-        for (int a = 0; a < 3; ++a) {
-          p[(kFitMean + a) * kW] = d.mean[atom[a][lane]];
-          p[(kFitLogSigma + a) * kW] = d.log_sigma[atom[a][lane]];
-        }
-      }
-      if (k + 1 < first + count) best = deflate(w, d, atom, best.weight);
     }
   }
 
@@ -559,12 +347,9 @@ struct FitArithmetic {
     for (int k = 0; k < w.num_gaussians; ++k) {
       Lanes value[3][n];
       for (int a = 0; a < 3; ++a) {
-        const Lanes mean = at(w.candidate, kFitParameters * k + kFitMean + a);
-        const Lanes inverse_sigma =
-            exp(Lanes(0) - at(w.candidate, kFitParameters * k + kFitLogSigma + a));
+        const Shape shape(w, a, k);
         for (int i = 0; i < n; ++i) {
-          const Lanes u = (Lanes(w.held_out_position[i]) - mean) * inverse_sigma;
-          value[a][i] = exp(Lanes(Scalar(-0.5)) * u * u);
+          value[a][i] = Shape::value(shape.offset(w.held_out_position[i]));
         }
       }
       const Lanes weight = at(w.candidate, kFitParameters * k + kFitWeight);
@@ -577,7 +362,13 @@ struct FitArithmetic {
   }
 
   static constexpr FitKernels<Scalar> table() {
-    return {kW, evaluate, normal_equations, step, solve_weights, pursue, held_out_errors};
+    return {kW,
+            evaluate,
+            normal_equations,
+            step,
+            solve_weights,
+            PursuitArithmetic<Lanes>::pursue,
+            held_out_errors};
   }
 };
 

@@ -4,6 +4,7 @@
 #include <limits>
 #include <new>
 #include <string>
+#include <type_traits>
 #include <utility>
 
 #include <gdfmap/core/error.hpp>
@@ -26,15 +27,6 @@ const FitKernels<Scalar>& kernels_of(InstructionSet set) {
   } else {
     return reference_fit_kernels();
   }
-}
-
-/// Row and column to the place of their entry among the lane vectors.
-std::size_t matrix_place(Eigen::Index row, Eigen::Index column) {
-  const auto r = static_cast<std::size_t>(std::max(row, column));
-  const auto c = static_cast<std::size_t>(std::min(row, column));
-  constexpr std::size_t t = kMatrixTile;
-  const std::size_t i = r / t, j = c / t;
-  return ((i * (i + 1) / 2 + j) * t + r % t) * t + c % t;
 }
 
 struct Free {
@@ -122,14 +114,6 @@ struct TensorBatch<Scalar>::Impl {
   [[nodiscard]] Scalar& at(Scalar* array, std::size_t i, int lane) const {
     return array[i * lanes() + static_cast<std::size_t>(lane)];
   }
-
-  [[nodiscard]] Parameters column(Scalar* array, int lane) const {
-    Parameters result(kFitParameters, arrays.num_gaussians);
-    for (Eigen::Index i = 0; i < result.size(); ++i) {
-      result.data()[i] = at(array, static_cast<std::size_t>(i), lane);
-    }
-    return result;
-  }
 };
 
 template <typename Scalar>
@@ -179,12 +163,11 @@ void TensorBatch<Scalar>::set_candidate(int lane, const Parameters& parameters) 
 
 template <typename Scalar>
 typename TensorBatch<Scalar>::Parameters TensorBatch<Scalar>::candidate(int lane) const {
-  return impl_->column(impl_->arrays.candidate, lane);
-}
-
-template <typename Scalar>
-typename TensorBatch<Scalar>::Parameters TensorBatch<Scalar>::parameters(int lane) const {
-  return impl_->column(impl_->arrays.parameters, lane);
+  Parameters result(kFitParameters, num_gaussians());
+  for (Eigen::Index i = 0; i < result.size(); ++i) {
+    result.data()[i] = impl_->at(impl_->arrays.candidate, static_cast<std::size_t>(i), lane);
+  }
+  return result;
 }
 
 template <typename Scalar>
@@ -266,7 +249,9 @@ typename TensorBatch<Scalar>::Matrix TensorBatch<Scalar>::normal_matrix(int lane
   Matrix result(rows, rows);
   for (Eigen::Index r = 0; r < rows; ++r) {
     for (Eigen::Index c = 0; c < rows; ++c) {
-      result(r, c) = impl_->at(impl_->arrays.normal_matrix, matrix_place(r, c), lane);
+      const int place =
+          matrix_index(static_cast<int>(std::max(r, c)), static_cast<int>(std::min(r, c)));
+      result(r, c) = impl_->at(impl_->arrays.normal_matrix, static_cast<std::size_t>(place), lane);
     }
   }
   return result;

@@ -90,28 +90,13 @@ ReadValue ladder(std::optional<std::vector<int>> Configuration::*member) {
   };
 }
 
-ReadValue solver() {
-  return [](const YAML::Node& node, Configuration& c) -> std::string {
-    const std::string name = node.IsScalar() ? node.Scalar() : "";
-    if (name != "tensor" && name != "ceres") return "must be tensor or ceres";
-    c.solver = name == "ceres" ? Solver::kCeres : Solver::kTensor;
-    return {};
-  };
-}
-
-ReadValue codec() {
-  return [](const YAML::Node& node, Configuration& c) -> std::string {
-    const std::string name = node.IsScalar() ? node.Scalar() : "";
-    if (name != "quantized" && name != "float32") return "must be quantized or float32";
-    c.codec = name == "quantized" ? CubeCodec::kQuantized : CubeCodec::kFloat32;
-    return {};
-  };
-}
-
-ReadValue preset() {
-  return [](const YAML::Node& node, Configuration& c) -> std::string {
-    c.preset = find_preset(node.IsScalar() ? node.Scalar() : "");
-    return c.preset ? "" : "must be fast, balanced or best";
+/// One of a few names. @param find  what a name means; nothing for others
+template <typename Choice>
+ReadValue choice(std::optional<Choice> Configuration::*member,
+                 std::optional<Choice> (*find)(std::string_view), const char* names) {
+  return [=](const YAML::Node& node, Configuration& c) -> std::string {
+    c.*member = find(node.IsScalar() ? node.Scalar() : "");
+    return c.*member ? "" : std::string("must be ") + names;
   };
 }
 
@@ -164,9 +149,9 @@ const std::vector<Key>& keys() {
       none("edt.edt_extension", kExactTargets),
       none("edt.empty_search_margin", "empty cubes see every point, however far"),
       none("edt.empty_nearby_count", "empty cubes see every point, however many"),
-      {"fit.preset", preset()},
-      {"fit.solver", solver()},
-      {"fit.codec", codec()},
+      {"fit.preset", choice(&C::preset, find_preset, "fast, balanced or best")},
+      {"fit.solver", choice(&C::solver, find_solver, "tensor or ceres")},
+      {"fit.codec", choice(&C::codec, find_codec, "quantized or float32")},
   };
   return table;
 }

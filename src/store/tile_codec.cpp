@@ -117,6 +117,7 @@ Enum get_enum(ByteReader& reader, Enum last, const char* name) {
 struct CubeHead {
   CubeRecord cube;
   std::uint32_t num_gaussians = 0;
+  float largest_weight = 0.0f;  ///< quantised cubes alone
 };
 
 CubeHead get_cube(ByteReader& reader) {
@@ -177,21 +178,25 @@ void check_size(const ByteReader& reader, const TileHead& head, std::size_t cube
   }
 }
 
-std::vector<CubeRecord> get_cubes(ByteReader& reader, const TileHead& head) {
+/// The heads of all cubes, each read by get_one(reader), with room for their Gaussians.
+template <typename GetOne>
+std::vector<CubeHead> get_heads(ByteReader& reader, const TileHead& tile, const GetOne& get_one) {
   std::vector<CubeHead> heads;
-  heads.reserve(head.num_cubes);
+  heads.reserve(tile.num_cubes);
   std::uint64_t num_gaussians = 0;
-  for (std::size_t i = 0; i < head.num_cubes; ++i) {
-    heads.push_back(get_cube(reader));
+  for (std::size_t i = 0; i < tile.num_cubes; ++i) {
+    heads.push_back(get_one(reader));
     num_gaussians += heads.back().num_gaussians;
   }
-  if (num_gaussians != head.num_gaussians) fail("cubes do not add up to the number of Gaussians");
+  if (num_gaussians != tile.num_gaussians) fail("cubes do not add up to the number of Gaussians");
+  for (CubeHead& head : heads) head.cube.gaussians = Gaussians(head.num_gaussians);
+  return heads;
+}
+
+std::vector<CubeRecord> cubes_of(std::vector<CubeHead> heads) {
   std::vector<CubeRecord> cubes;
-  cubes.reserve(head.num_cubes);
-  for (CubeHead& cube_head : heads) {
-    cubes.push_back(std::move(cube_head.cube));
-    cubes.back().gaussians = Gaussians(cube_head.num_gaussians);
-  }
+  cubes.reserve(heads.size());
+  for (CubeHead& head : heads) cubes.push_back(std::move(head.cube));
   return cubes;
 }
 
@@ -212,7 +217,7 @@ void put_float_cubes(ByteWriter& writer, const TileRecord& tile) {
 
 std::vector<CubeRecord> get_float_cubes(ByteReader& reader, const TileHead& head) {
   check_size(reader, head, kCubeBytes, kGaussianBytes);
-  std::vector<CubeRecord> cubes = get_cubes(reader, head);
+  std::vector<CubeRecord> cubes = cubes_of(get_heads(reader, head, get_cube));
   get_rows(reader, cubes);
   return cubes;
 }
@@ -292,15 +297,9 @@ void put_short_cubes(ByteWriter& writer, const TileRecord& tile) {
   }
 }
 
-/// The head of a quantised cube, and the scale of its weights.
-struct ShortHead {
+CubeHead get_short_cube(ByteReader& reader) {
   CubeHead head;
-  float largest = 0.0f;
-};
-
-ShortHead get_short_cube(ByteReader& reader) {
-  ShortHead result;
-  CubeRecord& cube = result.head.cube;
+  CubeRecord& cube = head.cube;
   cube.index = reader.get<std::uint16_t>();
   const auto kind = reader.get<std::uint8_t>();
   const unsigned status = kind & 3u, of_class = kind >> 2 & 3u, failure = kind >> 4;
@@ -311,39 +310,31 @@ ShortHead get_short_cube(ByteReader& reader) {
   cube.cube_class = static_cast<CubeClass>(of_class);
   cube.failure = static_cast<FailureReason>(failure);
   cube.num_iterations = reader.get<std::uint16_t>();
-  result.head.num_gaussians = reader.get<std::uint8_t>();
+  head.num_gaussians = reader.get<std::uint8_t>();
   for (float* const error :
        {&cube.errors.mae, &cube.errors.rmse, &cube.errors.p95, &cube.errors.max, &cube.reach}) {
     *error = get_short_float(reader);
   }
   cube.input = reader.get_digest();
-  result.largest = reader.get<float>();
-  return result;
+  head.largest_weight = reader.get<float>();
+  return head;
 }
 
 std::vector<CubeRecord> get_short_cubes(ByteReader& reader, const TileHead& head, double edge) {
   check_size(reader, head, kShortCubeBytes, sizeof(std::uint64_t));
-  std::vector<ShortHead> heads;
-  std::uint64_t num_gaussians = 0;
-  for (std::size_t i = 0; i < head.num_cubes; ++i) {
-    heads.push_back(get_short_cube(reader));
-    num_gaussians += heads.back().head.num_gaussians;
-  }
-  if (num_gaussians != head.num_gaussians) fail("cubes do not add up to the number of Gaussians");
-  std::vector<CubeRecord> cubes;
-  for (ShortHead& h : heads) {
-    CubeRecord& cube = cubes.emplace_back(std::move(h.head.cube));
-    cube.gaussians = Gaussians(h.head.num_gaussians);
-    for (std::size_t k = 0; k < cube.gaussians.size(); ++k) {
-      decode_gaussian(reader.get<std::uint64_t>(), edge, h.largest, cube.gaussians, k);
+  std::vector<CubeHead> heads = get_heads(reader, head, get_short_cube);
+  for (CubeHead& h : heads) {
+    Gaussians& gaussians = h.cube.gaussians;
+    for (std::size_t k = 0; k < gaussians.size(); ++k) {
+      decode_gaussian(reader.get<std::uint64_t>(), edge, h.largest_weight, gaussians, k);
     }
     // Otherwise the same cube would be written in other bytes.
-    if (std::bit_cast<std::uint32_t>(largest_weight(cube.gaussians)) !=
-        std::bit_cast<std::uint32_t>(h.largest)) {
-      fail("cube " + std::to_string(cube.index) + ": largest weight is not that of a Gaussian");
+    if (std::bit_cast<std::uint32_t>(largest_weight(gaussians)) !=
+        std::bit_cast<std::uint32_t>(h.largest_weight)) {
+      fail("cube " + std::to_string(h.cube.index) + ": largest weight is not that of a Gaussian");
     }
   }
-  return cubes;
+  return cubes_of(std::move(heads));
 }
 
 }  // namespace

@@ -7,6 +7,8 @@
 #include <gdfmap/core/error.hpp>
 #include <gdfmap/db/database.hpp>
 
+#include "support/temporary_directory.hpp"
+
 namespace gdfmap::db {
 namespace {
 
@@ -20,12 +22,6 @@ constexpr std::size_t kCacheBytes = std::size_t{1} << 20;
 
 class DatabaseTest : public testing::Test {
  protected:
-  DatabaseTest() {
-    std::string pattern = testing::TempDir() + "gdfmap_db_XXXXXX";
-    directory_ = ::mkdtemp(pattern.data());
-  }
-  ~DatabaseTest() override { fs::remove_all(directory_); }
-
   [[nodiscard]] fs::path path(const std::string& name = "test.db") const {
     return directory_ / name;
   }
@@ -39,7 +35,7 @@ class DatabaseTest : public testing::Test {
     return path();
   }
 
-  fs::path directory_;
+  test::TemporaryDirectory directory_;
 };
 
 template <typename Body>
@@ -131,7 +127,7 @@ TEST_F(DatabaseTest, AClosedWriterLeavesOnePlainFile) {
     EXPECT_TRUE(fs::exists(path("test.db-wal")));
     close_writer(writer);
   }
-  EXPECT_EQ(std::distance(fs::directory_iterator(directory_), fs::directory_iterator()), 1);
+  EXPECT_EQ(std::distance(fs::directory_iterator(directory_.path()), fs::directory_iterator()), 1);
   Database reader(path(), OpenMode::kImmutable);
   EXPECT_EQ(reader.query_int("SELECT count(*) FROM t"), 1);
 }
@@ -248,7 +244,7 @@ bool holds_without_permission(const fs::path& directory, bool (*body)(const fs::
 TEST_F(DatabaseTest, AMapAtRestIsReadWhereNothingCanBeWritten) {
   create().execute("INSERT INTO t VALUES (1, 1, 1)");
   EXPECT_EQ(reading_mode(path()), OpenMode::kRead);
-  EXPECT_TRUE(holds_without_permission(directory_, [](const fs::path& directory) {
+  EXPECT_TRUE(holds_without_permission(directory_.path(), [](const fs::path& directory) {
     const fs::path file = directory / "test.db";
     if (reading_mode(file) != OpenMode::kImmutable) return false;
     Database reader(file, OpenMode::kImmutable);
@@ -259,7 +255,7 @@ TEST_F(DatabaseTest, AMapAtRestIsReadWhereNothingCanBeWritten) {
 TEST_F(DatabaseTest, ALeftoverLogWhereNothingCanBeWrittenIsRefused) {
   static_cast<void>(create());
   std::ofstream(path("test.db-wal")) << "rows";
-  EXPECT_TRUE(holds_without_permission(directory_, [](const fs::path& directory) {
+  EXPECT_TRUE(holds_without_permission(directory_.path(), [](const fs::path& directory) {
     try {
       static_cast<void>(reading_mode(directory / "test.db"));
     } catch (const Error& error) {
@@ -273,7 +269,7 @@ TEST_F(DatabaseTest, ALeftoverLogWhereNothingCanBeWrittenIsRefused) {
 TEST_F(DatabaseTest, ARelativePathIsReadFromItsOwnDirectory) {
   static_cast<void>(create());
   const fs::path before = fs::current_path();
-  fs::current_path(directory_);
+  fs::current_path(directory_.path());
   const OpenMode mode = reading_mode("test.db");
   fs::current_path(before);
   EXPECT_EQ(mode, OpenMode::kRead);

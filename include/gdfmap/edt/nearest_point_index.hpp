@@ -40,7 +40,6 @@ class NearestPointIndex {
   ~NearestPointIndex();
   NearestPointIndex(NearestPointIndex&&) noexcept;
 
-  [[nodiscard]] std::size_t num_points() const;
   [[nodiscard]] const Eigen::AlignedBox3f& bounds() const;
   [[nodiscard]] std::size_t memory_bytes() const;
 

@@ -19,8 +19,11 @@ enum class Solver : std::uint8_t {
 /// Points on the way from speed and small maps to accuracy; figures in BENCHMARK.md.
 enum class FitPreset : std::uint8_t { kFast, kBalanced, kBest };
 
-/// "fast", "balanced", "best"; nothing for other names.
-[[nodiscard]] std::optional<FitPreset> find_preset(std::string_view name);
+/// What a name means; nothing for other names.
+[[nodiscard]] std::optional<Solver> find_solver(std::string_view name);    ///< tensor, ceres
+[[nodiscard]] std::optional<CubeCodec> find_codec(std::string_view name);  ///< quantized, float32
+[[nodiscard]] std::optional<FitPreset> find_preset(
+    std::string_view name);  ///< fast, balanced, best
 
 /// Everything that decides a cube's Gaussians, besides the samples. Lengths in metres at level 0;
 /// at level n they count 4ⁿ times as much.

@@ -3,7 +3,6 @@
 #include <cstddef>
 #include <memory>
 #include <span>
-#include <type_traits>
 #include <vector>
 
 #include <gdfmap/core/instruction_set.hpp>
@@ -56,8 +55,6 @@ class TensorBatch {
   /// Takes candidate, normal matrix and gradient of the accepted lanes as where they stand; the
   /// other lanes keep theirs. Wants evaluate() before.
   void accept(const std::vector<bool>& lanes);
-  /// Where a lane stands.
-  [[nodiscard]] Parameters parameters(int lane) const;
   /// Sets the candidates to the damped, clamped, projected steps from where the lanes stand:
   /// (JᵀJ + λ diag(JᵀJ) + ridge) δ = −Jᵀr.
   void step(std::span<const double> damping);
