@@ -38,7 +38,7 @@ struct Options {
   CommonOptions common;
   std::string map;
   std::vector<std::string> clouds;
-  std::optional<double> cube_size;
+  GeometryChoice geometry;
   std::string config;
   double scale = 1.0;
   std::string transform;
@@ -48,15 +48,21 @@ struct Options {
   std::optional<std::int64_t> replace;
 };
 
-std::optional<double> chosen_cube_size(const Options& options) {
-  if (options.config.empty()) return options.cube_size;
-  const std::optional<double> configured = load_configuration(options.config).cube_size;
-  if (options.cube_size && configured && *options.cube_size != *configured) {
-    throw Error(ErrorCode::kUsage, "--cube-size " + exact(*options.cube_size) +
-                                       " contradicts cube_size " + exact(*configured) + " of " +
-                                       options.config);
+/// The option where it is given, else the file's key.
+template <typename Value>
+std::optional<Value> chosen(const char* option, const std::optional<Value>& given,
+                            const std::string& file, const std::optional<Value>& configured) {
+  if (given && configured && *given != *configured) {
+    throw Error(ErrorCode::kUsage, std::string(option) + " contradicts " + file);
   }
-  return options.cube_size ? options.cube_size : configured;
+  return given ? given : configured;
+}
+
+GeometryChoice geometry_choice(const Options& options) {
+  if (options.config.empty()) return options.geometry;
+  const GeometryChoice configured = load_configuration(options.config).geometry();
+  return {chosen("--cube-size", options.geometry.cube_size, options.config, configured.cube_size),
+          chosen("--levels", options.geometry.num_levels, options.config, configured.num_levels)};
 }
 
 /// Finds a cloud that cannot be read before hours are spent on the others.
@@ -93,7 +99,7 @@ std::vector<IngestReport> ingest_all(const Options& options, const IngestOptions
 void run(const Options& options) {
   Session session(options.common, OnSignal::kStop);
   const IngestOptions how = ingest_options(options);
-  const std::optional<double> cube_size = chosen_cube_size(options);
+  const GeometryChoice geometry = geometry_choice(options);
   if (options.replace && options.clouds.size() != 1) {
     throw Error(ErrorCode::kUsage, "--replace puts one cloud in the place of one source, not " +
                                        std::to_string(options.clouds.size()));
@@ -101,7 +107,7 @@ void run(const Options& options) {
   check_clouds(options.clouds);
 
   const bool is_new = !std::filesystem::exists(options.map);
-  Map map = open_or_create_map(options.map, cube_size, session.context());
+  Map map = open_or_create_map(options.map, geometry, session.context());
   NewMapGuard guard(map, is_new);
   const std::vector<IngestReport> reports = ingest_all(options, how, map, session);
   const TrainingEstimate estimate = estimate_training(map);
@@ -126,10 +132,15 @@ Command add_ingest(CLI::App& program) {
   app->add_option("CLOUD", options->clouds,
                   "Point clouds, recognised by their content; - is standard input")
       ->required();
-  add_number(*app, "--cube-size", options->cube_size, "M", {0.001, 10000.0},
+  add_number(*app, "--cube-size", options->geometry.cube_size, "M", {0.001, 10000.0},
              "Edge of a cube in metres; fixed when the map is created, 1 unless given");
+  app->add_option("--levels", options->geometry.num_levels,
+                  "1 to 3: with coarser cubes, of 4 and 16 times the edge, a distance is known up "
+                  "to 32 edges away; fixed when the map is created, 3 unless given")
+      ->option_text("N")
+      ->check(CLI::Range(1, kMaxLevels));
   app->add_option("--config", options->config,
-                  "YAML file, of which cube_size is used here (see gdfmap build)")
+                  "YAML file, of which cube_size and levels are used here (see gdfmap build)")
       ->option_text("FILE");
   add_number(*app, "--scale", options->scale, "S", {1e-9, 1e9},
              "Metres per unit of the file, applied first: 0.3048 for feet");

@@ -45,14 +45,8 @@ TrainOptions train_options(const Options& options, const Map& map, Session& sess
   if (!options.config.empty()) configuration = load_configuration(options.config);
   if (!options.preset.empty()) configuration.preset = find_preset(options.preset);
   for (const std::string& notice : configuration.notices) session.context().warn(notice);
-  const double cube_size = map.geometry().cube_size;
-  if (configuration.cube_size && *configuration.cube_size != cube_size) {
-    throw Error(ErrorCode::kUsage, options.config + ": cube_size " +
-                                       exact(*configuration.cube_size) + " is not that of " +
-                                       options.map + ", " + exact(cube_size) +
-                                       ", which was fixed when it was created");
-  }
-  result.config = configuration.fit_config(cube_size);
+  check_geometry(map, configuration.geometry());
+  result.config = configuration.fit_config(map.geometry().cube_size);
   if (context.num_threads == 0) context.num_threads = configuration.num_threads;
   return result;
 }

@@ -36,6 +36,7 @@ nlohmann::ordered_json train_json(const TrainReport& report, double seconds) {
           {"num_tiles_damaged", report.num_tiles_damaged},
           {"num_cubes_fitted", report.num_cubes_fitted},
           {"num_cubes_unchanged", report.num_cubes_unchanged},
+          {"num_cubes_out_of_reach", report.num_cubes_out_of_reach},
           {"num_cubes_poor", report.num_cubes_poor},
           {"num_cubes_failed", report.num_cubes_failed},
           {"seconds", seconds},

@@ -30,7 +30,7 @@ BuildReport build(const Configuration& configuration, const RunContext& outer) {
   report.map = configuration.output_base + ".gdfmap";
   const std::unique_ptr<PointReader> cloud = open_point_cloud(configuration.input_file);
   const bool is_new = !std::filesystem::exists(report.map);
-  Map map = open_or_create_map(report.map, configuration.cube_size, context);
+  Map map = open_or_create_map(report.map, configuration.geometry(), context);
   NewMapGuard guard(map, is_new);
   check_source(map, configuration.input_file, context);
   report.ingest =

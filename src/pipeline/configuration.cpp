@@ -132,6 +132,7 @@ const std::vector<Key>& keys() {
       {"io.export_bin", flag(&C::export_bin)},
       {"processing.num_threads", whole_number(&C::num_threads, 0, 4096)},
       {"processing.cube_size", number(&C::cube_size, 1e-3, 1e4)},
+      {"processing.levels", whole_number(&C::num_levels, 1, kMaxLevels)},
       none("downsampling.step", "no coarse copy of the cloud is needed to skip far cubes"),
       none("trainer.sample_points", "samples lie on a regular lattice, 12 along each axis"),
       none("trainer.mae_threshold_good", "adaptive.mae_threshold alone ends the growth of a cube"),

@@ -1,5 +1,6 @@
 #include <array>
 #include <fstream>
+#include <sstream>
 #include <string>
 
 #include <gdfmap/core/error.hpp>
@@ -53,18 +54,27 @@ IngestReport ingest(const std::filesystem::path& cloud, Map& map, const IngestOp
   return ingest_points(*reader, cloud.string(), map.lattice(), map.points(), options, context);
 }
 
-Map open_or_create_map(const std::filesystem::path& path, std::optional<double> cube_size,
+void check_geometry(const Map& map, const GeometryChoice& choice) {
+  const auto check = [&](const char* name, const auto& wanted, const auto& actual) {
+    if (!wanted || *wanted == actual) return;
+    std::ostringstream text;
+    text << map.path().string() << " has " << name << ' ' << actual << ", not " << *wanted
+         << ": that was fixed when it was created";
+    throw Error(ErrorCode::kUsage, text.str());
+  };
+  check("cube_size", choice.cube_size, map.geometry().cube_size);
+  check("levels", choice.num_levels, map.geometry().num_levels);
+}
+
+Map open_or_create_map(const std::filesystem::path& path, const GeometryChoice& choice,
                        const RunContext& context) {
   if (!Map::exists(path)) {
-    const double size = cube_size.value_or(Geometry{}.cube_size);
-    static_cast<void>(Map::create(path, {size, kMarginRatio * size, 1}));
+    const double size = choice.cube_size.value_or(Geometry{}.cube_size);
+    const int levels = choice.num_levels.value_or(Geometry{}.num_levels);
+    static_cast<void>(Map::create(path, {size, kMarginRatio * size, levels}));
   }
   Map map = Map::open(path, Access::kWrite, context);
-  if (cube_size && *cube_size != map.geometry().cube_size) {
-    throw Error(ErrorCode::kUsage,
-                path.string() + " has cubes of " + std::to_string(map.geometry().cube_size) +
-                    " m, which cannot be changed to " + std::to_string(*cube_size) + " m");
-  }
+  check_geometry(map, choice);
   return map;
 }
 

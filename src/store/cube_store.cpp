@@ -4,6 +4,7 @@
 #include <gdfmap/core/error.hpp>
 #include <gdfmap/core/failpoint.hpp>
 #include <gdfmap/store/cube_store.hpp>
+#include <gdfmap/store/surroundings.hpp>
 #include <gdfmap/store/tile_codec.hpp>
 
 #include "cube_store_verify.hpp"
@@ -14,8 +15,7 @@ namespace gdfmap {
 namespace {
 
 constexpr std::int32_t kApplicationId = 0x47444643;  // "GDFC"
-constexpr db::Schema kSchema = {kApplicationId, 1, 0, kCubesSchema};
-constexpr std::size_t kMaskBytes = kCubesPerTile / 8;
+constexpr db::Schema kSchema = {kApplicationId, 2, 0, kCubesSchema};
 constexpr char kByKey[] = " WHERE level = ? AND x = ? AND y = ? AND z = ?";
 constexpr char kInKeyOrder[] = " ORDER BY level, x, y, z";
 
@@ -58,22 +58,6 @@ void bind_key(db::Statement& statement, const TileKey& key) {
   statement.bind(key.level, key.x, key.y, key.z);
 }
 
-Bytes encode_mask(const CubeMask& mask) {
-  ByteWriter writer;
-  for (const std::uint64_t word : mask.words()) writer.put(word);
-  return writer.take();
-}
-
-CubeMask decode_mask(std::span<const std::byte> bytes, const std::string& place) {
-  if (bytes.size() != kMaskBytes) {
-    throw Error(ErrorCode::kCorrupt, place + ": occupancy mask is not 64 bytes");
-  }
-  ByteReader reader(bytes, place);
-  CubeMask mask;
-  for (std::uint64_t& word : mask.words()) word = reader.get<std::uint64_t>();
-  return mask;
-}
-
 /// Writes tiles within a transaction of its caller.
 class TileWriter {
  public:
@@ -81,19 +65,20 @@ class TileWriter {
       : put_row_(database, std::string("INSERT OR REPLACE INTO tiles (id, ") + kStateColumns +
                                ", checksum) VALUES ((SELECT id FROM tiles WHERE level = ?1 AND "
                                "x = ?2 AND y = ?3 AND z = ?4), ?1, ?2, ?3, ?4, ?5, ?6, ?7, ?8, "
-                               "?9, ?10, ?11, ?12, ?13, ?14, ?15, ?16, ?17)"),
-        put_blob_(database, "INSERT OR REPLACE INTO tile_blobs (tile, data) VALUES (?, ?)"),
+                               "?9, ?10, ?11, ?12, ?13, ?14, ?15, ?16, ?17, ?18)"),
+        put_blob_(database,
+                  "INSERT OR REPLACE INTO tile_blobs (tile, surrounding_tiles, data) "
+                  "VALUES (?, ?, ?)"),
         database_(database) {}
 
-  void put(const TileRecord& tile) {
-    const Bytes data = encode_tile(tile);
-    const TileState s = summarize(tile, data.size());
+  void put(const EncodedTile& tile) {
+    const TileState& s = tile.state;
     put_row_
         .bind(s.key.level, s.key.x, s.key.y, s.key.z, s.surroundings, s.configuration, s.content,
-              s.num_cubes, s.num_populated, s.num_poor, s.num_failed, s.num_gaussians,
-              s.num_measured, s.mean_mae, s.max_mae, s.num_bytes, hash64(data))
+              encode_mask(s.served), s.num_cubes, s.num_populated, s.num_poor, s.num_failed,
+              s.num_gaussians, s.num_measured, s.mean_mae, s.max_mae, s.num_bytes, tile.checksum)
         .run();
-    put_blob_.bind(database_.last_insert_id(), data).run();
+    put_blob_.bind(database_.last_insert_id(), tile.surroundings, tile.cubes).run();
   }
 
  private:
@@ -115,11 +100,21 @@ struct CubeStore::Impl {
   Impl(const std::filesystem::path& path, db::OpenMode mode, std::size_t cache_bytes)
       : connection(path, mode, cache_bytes),
         find(database, std::string("SELECT ") + kStateColumns + " FROM tiles" + kByKey),
-        read(database, std::string("SELECT ") + kStateColumns +
-                           ", checksum, data FROM tiles LEFT JOIN tile_blobs ON tile = id" +
-                           kByKey) {}
+        read(database, std::string("SELECT ") + kStateColumns + ", " + kTileColumns +
+                           " FROM tiles LEFT JOIN tile_blobs ON tile = id" + kByKey) {}
 
   [[nodiscard]] std::string name() const { return database.path().string(); }
+
+  /// Stores encoded(tile) for each tile, one at a time, in one transaction.
+  template <typename Tile, typename Encoded>
+  void put(std::span<const Tile> tiles, const Encoded& encoded) {
+    db::Transaction transaction(database);
+    TileWriter writer(database);
+    for (const Tile& tile : tiles) writer.put(encoded(tile));
+    failpoint("train.before_commit");
+    transaction.commit();
+    failpoint("train.after_commit");
+  }
 
   Connection connection;
   db::Database& database = connection.database;
@@ -145,14 +140,21 @@ void CubeStore::set_meta(const std::string& key, const std::string& value) {
       .run();
 }
 
-void CubeStore::put(std::span<const TileRecord> tiles) {
-  db::Transaction transaction(impl_->database);
-  TileWriter writer(impl_->database);
-  for (const TileRecord& tile : tiles) writer.put(tile);
-  failpoint("train.before_commit");
-  transaction.commit();
-  failpoint("train.after_commit");
+EncodedTile encode(const TileRecord& tile) {
+  EncodedTile encoded;
+  encoded.cubes = encode_tile(tile);
+  encoded.surroundings = encode_surroundings(tile.key, tile.surroundings);
+  encoded.checksum = hash64(encoded.cubes);
+  encoded.state = summarize(tile, encoded.cubes.size());
+  encoded.state.surroundings = hash128(encoded.surroundings);
+  return encoded;
 }
+
+void CubeStore::put(std::span<const EncodedTile> tiles) {
+  impl_->put(tiles, [](const EncodedTile& tile) -> const EncodedTile& { return tile; });
+}
+
+void CubeStore::put(std::span<const TileRecord> tiles) { impl_->put(tiles, encode); }
 
 void CubeStore::erase(std::span<const TileKey> tiles) {
   db::Transaction transaction(impl_->database);
@@ -204,20 +206,10 @@ std::optional<TileRecord> CubeStore::read(const TileKey& key) {
   bind_key(row, key);
   if (!row.step()) return std::nullopt;
   const TileState state = read_state(row, impl_->name());
-  const std::string place = impl_->name() + ": " + tile_name(key) + ": ";
-  const auto checksum = static_cast<std::uint64_t>(row.integer(kNumStateColumns));
-  const std::span<const std::byte> data = row.blob(kNumStateColumns + 1);
-  if (hash64(data) != checksum) {
-    throw Error(ErrorCode::kCorrupt, place + "checksum does not match");
-  }
   try {
-    TileRecord record = decode_tile(data);
-    record.key = key;
-    record.surroundings = state.surroundings;
-    record.configuration = state.configuration;
-    return record;
+    return read_tile(row, state);
   } catch (const Error& error) {
-    throw Error(error.code(), place + error.what());
+    throw Error(error.code(), impl_->name() + ": " + tile_name(key) + ": " + error.what());
   }
 }
 

@@ -40,16 +40,14 @@ bool same_counts(const TileState& a, const TileState& b) {
   return a.num_cubes == b.num_cubes && a.num_populated == b.num_populated &&
          a.num_poor == b.num_poor && a.num_failed == b.num_failed &&
          a.num_gaussians == b.num_gaussians && a.num_measured == b.num_measured &&
-         a.mean_mae == b.mean_mae && a.max_mae == b.max_mae && a.num_bytes == b.num_bytes;
+         a.mean_mae == b.mean_mae && a.max_mae == b.max_mae && a.num_bytes == b.num_bytes &&
+         a.served == b.served;
 }
 
 /// Why the cubes of a tile cannot be trusted; null when they can.
-const char* fault_of(const TileState& state, std::span<const std::byte> data,
-                     std::uint64_t checksum) {
-  if (hash64(data) != checksum) return "checksum does not match";
-  TileRecord tile = decode_tile(data);
-  tile.key = state.key;
-  const TileState actual = summarize(tile, data.size());
+const char* fault_of(const db::Statement& row, const TileState& state) {
+  const TileState actual = summarize(
+      read_tile(row, state), static_cast<std::size_t>(row.blob(kNumStateColumns + 2).size()));
   if (!same_counts(actual, state)) return "cubes differ from its row's counts";
   if (actual.content != state.content) return "content digest does not match";
   return nullptr;
@@ -61,8 +59,8 @@ class TileChecker {
   TileChecker(db::Database& database, const RunContext& context)
       : database_(database),
         context_(context),
-        select_(database, std::string("SELECT ") + kStateColumns +
-                              ", checksum, data FROM tiles LEFT JOIN tile_blobs ON tile = id "
+        select_(database, std::string("SELECT ") + kStateColumns + ", " + kTileColumns +
+                              " FROM tiles LEFT JOIN tile_blobs ON tile = id "
                               "WHERE id = ?") {}
 
   /// Calls report(id, fault) for each tile that is damaged; "tile 0,1,2,3: …".
@@ -94,10 +92,7 @@ class TileChecker {
       if (!select_.bind(id).step()) return std::nullopt;
       const TileState state = read_state(select_, database_.path().string());
       place = tile_name(state.key) + ": ";
-      if (select_.is_null(kNumStateColumns + 1)) return place + "has no cubes";
-      const char* const fault =
-          fault_of(state, select_.blob(kNumStateColumns + 1),
-                   static_cast<std::uint64_t>(select_.integer(kNumStateColumns)));
+      const char* const fault = fault_of(select_, state);
       return fault == nullptr ? std::nullopt : std::optional(place + fault);
     } catch (const Error& error) {
       if (error.code() != ErrorCode::kCorrupt && error.code() != ErrorCode::kIo) throw;

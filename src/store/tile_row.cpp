@@ -4,10 +4,13 @@
 #include <cmath>
 
 #include <gdfmap/core/error.hpp>
+#include <gdfmap/store/surroundings.hpp>
 #include <gdfmap/store/tile_codec.hpp>
 
 namespace gdfmap {
 namespace {
+
+constexpr std::size_t kMaskBytes = kCubesPerTile / 8;
 
 std::int32_t checked(std::int64_t value, std::int64_t low, std::int64_t high,
                      const std::string& database_name) {
@@ -37,22 +40,40 @@ TileState read_state(const db::Statement& row, const std::string& database_name)
   state.surroundings = row.digest(4);
   state.configuration = row.digest(5);
   state.content = row.digest(6);
-  state.num_cubes = count(7);
-  state.num_populated = count(8);
-  state.num_poor = count(9);
-  state.num_failed = count(10);
-  state.num_gaussians = row.integer(11);
-  state.num_measured = count(12);
-  state.mean_mae = row.real(13);
-  state.max_mae = row.real(14);
-  state.num_bytes = row.integer(15);
+  state.served = decode_mask(row.blob(7), database_name + ": a row of tiles");
+  state.num_cubes = count(8);
+  state.num_populated = count(9);
+  state.num_poor = count(10);
+  state.num_failed = count(11);
+  state.num_gaussians = row.integer(12);
+  state.num_measured = count(13);
+  state.mean_mae = row.real(14);
+  state.max_mae = row.real(15);
+  state.num_bytes = row.integer(16);
   return state;
+}
+
+TileRecord read_tile(const db::Statement& row, const TileState& state) {
+  constexpr int kChecksum = kNumStateColumns;
+  constexpr int kSurroundings = kChecksum + 1;
+  constexpr int kCubes = kChecksum + 2;
+  if (row.is_null(kCubes)) throw Error(ErrorCode::kCorrupt, "has no cubes");
+  const std::span<const std::byte> surroundings = row.blob(kSurroundings);
+  const std::span<const std::byte> cubes = row.blob(kCubes);
+  if (hash64(cubes) != static_cast<std::uint64_t>(row.integer(kChecksum)) ||
+      hash128(surroundings) != state.surroundings) {
+    throw Error(ErrorCode::kCorrupt, "checksum does not match");
+  }
+  TileRecord tile = decode_tile(cubes);
+  tile.key = state.key;
+  tile.configuration = state.configuration;
+  tile.surroundings = decode_surroundings(state.key, surroundings);
+  return tile;
 }
 
 TileState summarize(const TileRecord& tile, std::size_t num_bytes) {
   TileState state;
   state.key = tile.key;
-  state.surroundings = tile.surroundings;
   state.configuration = tile.configuration;
   state.content = content_digest(tile);
   state.num_cubes = static_cast<int>(tile.cubes.size());
@@ -63,6 +84,7 @@ TileState summarize(const TileRecord& tile, std::size_t num_bytes) {
     state.num_poor += cube.status == CubeStatus::kPoor;
     state.num_failed += cube.status == CubeStatus::kFailed;
     state.num_gaussians += static_cast<std::int64_t>(cube.gaussians.size());
+    if (cube.gaussians.size() > 0) state.served.set(cube.index);
     if (cube.status == CubeStatus::kFailed || !std::isfinite(cube.errors.mae)) continue;
     ++state.num_measured;
     sum += cube.errors.mae;
@@ -70,6 +92,22 @@ TileState summarize(const TileRecord& tile, std::size_t num_bytes) {
   }
   if (state.num_measured > 0) state.mean_mae = sum / state.num_measured;
   return state;
+}
+
+Bytes encode_mask(const CubeMask& mask) {
+  ByteWriter writer;
+  for (const std::uint64_t word : mask.words()) writer.put(word);
+  return writer.take();
+}
+
+CubeMask decode_mask(std::span<const std::byte> bytes, const std::string& place) {
+  if (bytes.size() != kMaskBytes) {
+    throw Error(ErrorCode::kCorrupt, place + ": mask of cubes is not 64 bytes");
+  }
+  ByteReader reader(bytes, place);
+  CubeMask mask;
+  for (std::uint64_t& word : mask.words()) word = reader.get<std::uint64_t>();
+  return mask;
 }
 
 std::string tile_name(const TileKey& key) {

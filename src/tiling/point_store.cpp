@@ -15,10 +15,10 @@ constexpr db::Schema kSchema{.application_id = 0x67646670,  // "gdfp"
                              .minor = 0,
                              .sql = kPointsSchema};
 
-/// What one published source has in one tile, after x, y and z of the tile.
+/// What one published source has in one tile, after x, y and z of the tile, voxels and source.
 std::string tile_query(const char* rest) {
   // CROSS JOIN keeps the tiles in the outer loop, which then runs along their keys.
-  return std::string("SELECT t.x, t.y, t.z, s.voxel_steps, ") + kSummaryColumns +
+  return std::string("SELECT t.x, t.y, t.z, s.voxel_steps, s.id, ") + kSummaryColumns +
          " FROM tiles t CROSS JOIN tile_sources ON tile = t.id JOIN sources s ON s.id = source"
          " WHERE s.published = 1 " +
          rest;
@@ -34,13 +34,18 @@ TileKey read_tile_key(const db::Statement& row) {
           static_cast<std::int32_t>(row.integer(2))};
 }
 
+/// Of a share of a tile, from a row of tile_query() and its summary.
+Digest share_digest(const db::Statement& row, const TileSummary& summary) {
+  ByteWriter hashed;
+  for (int column = 0; column < 4; ++column) hashed.put(row.integer(column));
+  hashed.put(summary.digest);
+  return hash128(hashed.bytes());
+}
+
 /// Adds what one source has in a tile, a row of tile_query().
 void add_source(const db::Statement& row, TilePoints& tile) {
-  const TileSummary summary = read_summary(row, 4);
-  ByteWriter hashed;
-  hashed.put(summary.digest);
-  hashed.put(row.integer(3));
-  tile.digest += hash128(hashed.bytes());
+  const TileSummary summary = read_summary(row, 5);
+  tile.digest += share_digest(row, summary);
   tile.cubes |= summary.cubes;
   tile.num_points += summary.num_points;
 }
@@ -230,6 +235,19 @@ std::optional<TilePoints> PointStore::find_tile(const TileKey& key) {
     add_source(select, *tile);
   }
   return tile;
+}
+
+std::vector<SourceShare> PointStore::shares(const TileKey& key) {
+  db::Statement& select = *impl_->select_tile;
+  const db::RewindGuard guard(select);
+  std::vector<SourceShare> shares;
+  for (select.bind(key.x, key.y, key.z); select.step();) {
+    const TileSummary summary = read_summary(select, 5);
+    shares.push_back({select.integer(4), share_digest(select, summary), summary.cubes,
+                      checked_voxel_steps(select.integer(3))});
+  }
+  std::ranges::sort(shares, {}, &SourceShare::source);
+  return shares;
 }
 
 void PointStore::for_each_block(const TileKey& key,

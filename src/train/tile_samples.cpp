@@ -2,9 +2,9 @@
 
 #include <algorithm>
 #include <cstdint>
-#include <numeric>
+#include <utility>
 
-#include <gdfmap/core/morton.hpp>
+#include "morton_grid.hpp"
 
 namespace gdfmap {
 namespace {
@@ -23,33 +23,11 @@ std::size_t lattice_index(int x, int y, int z) {
          static_cast<std::size_t>(z);
 }
 
-std::array<int, 3> cube_coordinates(int index) {
-  constexpr int n = kCubesPerTileAxis;
-  return {index % n, index / n % n, index / (n * n)};
-}
-
-/// Places of a grid in Morton order, so that any run of them stands close together.
-std::vector<std::array<int, 3>> morton_ordered_grid(int side) {
-  std::vector<std::array<int, 3>> places;
-  for (int i = 0; i < side * side * side; ++i) {
-    places.push_back({i / (side * side), i / side % side, i % side});
-  }
-  const auto code = [](const std::array<int, 3>& p) {
-    return morton_code(static_cast<std::uint64_t>(p[0]), static_cast<std::uint64_t>(p[1]),
-                       static_cast<std::uint64_t>(p[2]));
-  };
-  std::sort(places.begin(), places.end(),
-            [&](const auto& a, const auto& b) { return code(a) < code(b); });
-  return places;
-}
-
 }  // namespace
 
-TileSamples::TileSamples(const TileKey& key, const CubeMask& populated, const Lattice& lattice,
-                         const FitConfig& config, ExactDistance& exact_distance)
-    : key_(key), step_(lattice.step()), exact_distance_(&exact_distance) {
-  select_cubes(populated,
-               config.empty_distance_threshold * static_cast<double>(level_scale(key.level)));
+TileSamples::TileSamples(const TileKey& key, std::vector<int> cubes, const Lattice& lattice,
+                         ExactDistance& exact_distance)
+    : key_(key), step_(lattice.step()), exact_distance_(&exact_distance), cubes_(std::move(cubes)) {
   select_packets();
   targets_.resize(packets_.empty() ? 0 : lattice_index(kSide - 1, kSide - 1, kSide - 1) + 1);
   held_out_.resize(cubes_.size() * kNumHeldOut);
@@ -62,22 +40,6 @@ std::vector<float> TileSamples::distances(std::span<const Eigen::Vector3i> sampl
   std::transform(steps.begin(), steps.end(), metres.begin(),
                  [this](double d) { return static_cast<float>(d * step_); });
   return metres;
-}
-
-void TileSamples::select_cubes(const CubeMask& populated, double threshold) {
-  static const auto places = morton_ordered_grid(kCubesPerTileAxis);
-  const auto edge = static_cast<int>(steps_per_cube(key_.level));
-  std::vector<Eigen::Vector3i> centres;
-  for (const auto& [x, y, z] : places) {
-    centres.emplace_back(x * edge + edge / 2, y * edge + edge / 2, z * edge + edge / 2);
-  }
-  const std::vector<float> distance = distances(centres);
-  for (std::size_t i = 0; i < places.size(); ++i) {
-    const auto [x, y, z] = places[i];
-    const int cube = (z * kCubesPerTileAxis + y) * kCubesPerTileAxis + x;
-    if (populated.test(cube) || distance[i] <= threshold) cubes_.push_back(cube);
-  }
-  std::sort(cubes_.begin(), cubes_.end());
 }
 
 void TileSamples::select_packets() {

@@ -4,22 +4,20 @@
 #include <span>
 #include <vector>
 
-#include <gdfmap/core/cube_mask.hpp>
+#include <gdfmap/core/lattice.hpp>
 #include <gdfmap/edt/sample_lattice.hpp>
-#include <gdfmap/fit/fit_config.hpp>
 #include <gdfmap/train/exact_distance.hpp>
 
 namespace gdfmap {
 
-/// Exact distances, in metres, at the samples of every cube of a tile that is to be fitted. They
-/// are looked up in chunks, so that several threads can work on one tile.
+/// Exact distances, in metres, at the samples of some cubes of a tile. They are looked up in
+/// chunks, so that several threads can work on one tile.
 class TileSamples {
  public:
-  /// Selects the cubes that hold points or whose centre is within the threshold of one.
-  TileSamples(const TileKey& key, const CubeMask& populated, const Lattice& lattice,
-              const FitConfig& config, ExactDistance& exact_distance);
+  /// @param cubes  their indices, ascending
+  TileSamples(const TileKey& key, std::vector<int> cubes, const Lattice& lattice,
+              ExactDistance& exact_distance);
 
-  /// Indices of the selected cubes, ascending.
   [[nodiscard]] const std::vector<int>& cubes() const { return cubes_; }
 
   [[nodiscard]] std::size_t num_chunks() const { return num_target_chunks() + cubes_.size(); }
@@ -34,7 +32,6 @@ class TileSamples {
 
  private:
   [[nodiscard]] std::size_t num_target_chunks() const;
-  void select_cubes(const CubeMask& populated, double threshold);
   void select_packets();
   void look_up_targets(std::size_t chunk);
   void look_up_held_out(std::size_t cube);

@@ -10,6 +10,8 @@
 #include <gdfmap/train/train.hpp>
 
 #include "cube_job.hpp"
+#include "cube_selection.hpp"
+#include "point_changes.hpp"
 #include "tile_plan.hpp"
 #include "tile_samples.hpp"
 
@@ -61,18 +63,22 @@ void store_occupied(CubeStore& cubes, std::span<const TilePoints> tiles) {
   failpoint("train.after_occupied");
 }
 
-/// What the stored tiles were made from.
-struct TileOrigin {
-  Digest surroundings, configuration;
-};
-using TileOrigins = std::unordered_map<TileKey, TileOrigin, TileKeyHash>;
+/// What is known of the stored tiles of a level without reading their cubes.
+using TileStates = std::unordered_map<TileKey, TileState, TileKeyHash>;
 
-TileOrigins stored_origins(CubeStore& cubes) {
-  TileOrigins origins;
+TileStates stored_states(CubeStore& cubes, int level) {
+  TileStates states;
   cubes.for_each_state([&](const TileState& state) {
-    origins[state.key] = {state.surroundings, state.configuration};
+    if (state.key.level == level) states.emplace(state.key, state);
   });
-  return origins;
+  return states;
+}
+
+/// The cubes of a level that have Gaussians.
+TileMasks served_cubes(CubeStore& cubes, int level) {
+  TileMasks masks;
+  for (const auto& [key, state] : stored_states(cubes, level)) masks.emplace(key, state.served);
+  return masks;
 }
 
 /// Nothing that is kept is taken on trust: what fails its checksum goes, and is fitted again.
@@ -83,44 +89,60 @@ std::int64_t delete_damaged(CubeStore& cubes, const RunContext& context) {
 }
 
 /// Deletes tiles that are no candidates any more.
-std::int64_t delete_obsolete(CubeStore& cubes, TileOrigins origins,
+std::int64_t delete_obsolete(CubeStore& cubes, TileStates states,
                              const std::vector<CandidateTile>& plan) {
-  for (const CandidateTile& tile : plan) origins.erase(tile.key);
+  for (const CandidateTile& tile : plan) states.erase(tile.key);
   std::vector<TileKey> obsolete;
-  for (const auto& [key, origin] : origins) obsolete.push_back(key);
+  for (const auto& [key, state] : states) obsolete.push_back(key);
   if (!obsolete.empty()) cubes.erase(obsolete);
   return static_cast<std::int64_t>(obsolete.size());
 }
 
-/// Brings stale tiles up to date, a window of them at a time.
-class Trainer {
+/// Brings the tiles of one level up to date, a window of them at a time.
+class LevelTrainer {
  public:
-  Trainer(Map& map, const FitConfig& config, std::span<const TilePoints> occupied,
-          const RunContext& context, TrainReport& report)
+  LevelTrainer(Map& map, const FitConfig& config, const TilePlan& plan,
+               ExactDistance& exact_distance, const RunContext& context, TrainReport& report)
       : map_(map),
         config_(config),
         configuration_(configuration_digest(config)),
-        exact_distance_(map.points(), occupied, context.memory() / 4),
+        plan_(plan),
+        changes_(map.points(), plan.groups()),
+        exact_distance_(exact_distance),
         context_(context),
         report_(report) {}
 
-  [[nodiscard]] const Digest& configuration() const { return configuration_; }
-
-  void run(std::span<const CandidateTile> stale) {
+  /// @param states  of the stored tiles of this level
+  void run(const TileStates& states) {
+    std::vector<CandidateTile> stale = plan_.tiles();
+    std::erase_if(stale, [&](const CandidateTile& tile) {
+      const auto stored = states.find(tile.key);
+      return stored != states.end() && stored->second.surroundings == tile.surroundings &&
+             stored->second.configuration == configuration_;
+    });
     const std::size_t window =
         std::clamp(context_.memory() / 8 / kTileBytes, std::size_t{1}, kMaxWindowTiles);
     for (std::size_t begin = 0; begin < stale.size(); begin += window) {
       context_.throw_if_stopped();
-      train_window(stale.subspan(begin, std::min(window, stale.size() - begin)));
-      report_progress(begin + window, stale.size());
+      train_window(std::span(stale).subspan(begin, std::min(window, stale.size() - begin)));
+      report_progress(stale.front().key.level, begin + window, stale.size());
     }
+    context_.throw_if_stopped();
   }
 
  private:
-  /// One cube of the window.
+  /// One tile of the window on its way.
+  struct Work {
+    const CandidateTile* tile;
+    std::optional<FormerTile> former;
+    std::vector<CubeRecord> stored;  ///< of the former tile, whatever it was made from
+    std::vector<CubeRecord> kept;    ///< that no change can have reached
+    std::optional<TileSamples> samples;
+  };
+  /// One cube of the window whose samples were looked up.
   struct Slot {
     std::size_t tile = 0;   ///< in the window
-    std::size_t place = 0;  ///< among the tile's cubes
+    std::size_t place = 0;  ///< among the tile's samples
     bool populated = false;
     Digest input;
     CubeRecord record;
@@ -129,62 +151,87 @@ class Trainer {
   };
 
   void train_window(std::span<const CandidateTile> tiles) {
-    const std::vector<TileSamples> samples = look_up(tiles);
+    std::vector<Work> works = read_former(tiles);
+    look_up(works);
     std::vector<Slot> slots;
-    for (std::size_t i = 0; i < tiles.size(); ++i) {
-      for (std::size_t n = 0; n < samples[i].cubes().size(); ++n) {
-        slots.push_back({i, n, tiles[i].cubes.test(samples[i].cubes()[n]), {}, {}, false, false});
+    for (std::size_t i = 0; i < works.size(); ++i) {
+      const std::vector<int>& cubes = works[i].samples->cubes();
+      for (std::size_t n = 0; n < cubes.size(); ++n) {
+        slots.push_back({i, n, tiles[i].populated.test(cubes[n]), {}, {}, false, false});
       }
     }
-    keep_unchanged(tiles, samples, slots);
-    fit(tiles, samples, slots);
-    commit(tiles, std::move(slots));
+    keep_unchanged(works, slots);
+    fit(works, slots);
+    commit(std::move(works), std::move(slots));
   }
 
-  /// The samples of all tiles, on all threads.
-  std::vector<TileSamples> look_up(std::span<const CandidateTile> tiles) {
-    std::vector<TileKey> keys;
-    for (const CandidateTile& tile : tiles) keys.push_back(tile.key);
-    exact_distance_.prefetch(keys, context_.threads());
-    std::vector<std::optional<TileSamples>> selected(tiles.size());
-    parallel_for(tiles.size(), context_.threads(), [&](std::size_t i) {
-      selected[i].emplace(tiles[i].key, tiles[i].cubes, map_.lattice(), config_, exact_distance_);
+  /// What is stored of these tiles, and what changed around them since.
+  std::vector<Work> read_former(std::span<const CandidateTile> tiles) {
+    std::vector<Work> works;
+    for (const CandidateTile& tile : tiles) {
+      Work& work = works.emplace_back();
+      work.tile = &tile;
+      auto stored = map_.cubes().read(tile.key);
+      if (!stored) continue;
+      if (stored->configuration == configuration_) {
+        work.former = FormerTile{
+            stored->cubes, changes_.since(stored->surroundings, plan_.surroundings(tile.key))};
+      }
+      work.stored = std::move(stored->cubes);
+    }
+    return works;
+  }
+
+  /// The samples of all cubes that a change may have reached, on all threads.
+  void look_up(std::span<Work> works) {
+    prefetch(works);
+    parallel_for(works.size(), context_.threads(), [&](std::size_t i) {
+      Work& work = works[i];
+      CubeSelection selection = select_cubes(*work.tile, std::move(work.former), map_.lattice(),
+                                             config_, exact_distance_);
+      work.kept = std::move(selection.kept);
+      work.samples.emplace(work.tile->key, std::move(selection.looked_up), map_.lattice(),
+                           exact_distance_);
     });
-    std::vector<TileSamples> samples;
-    std::vector<std::pair<std::size_t, std::size_t>> chunks;
-    for (std::size_t i = 0; i < tiles.size(); ++i) {
-      samples.push_back(std::move(*selected[i]));
-      for (std::size_t n = 0; n < samples[i].num_chunks(); ++n) chunks.emplace_back(i, n);
+    std::vector<std::pair<TileSamples*, std::size_t>> chunks;
+    for (Work& work : works) {
+      for (std::size_t n = 0; n < work.samples->num_chunks(); ++n) {
+        chunks.emplace_back(&*work.samples, n);
+      }
     }
     parallel_for(chunks.size(), context_.threads(), [&](std::size_t i) {
-      if (!context_.stop_requested()) samples[chunks[i].first].look_up(chunks[i].second);
+      if (!context_.stop_requested()) chunks[i].first->look_up(chunks[i].second);
     });
     context_.throw_if_stopped();
-    return samples;
   }
 
-  [[nodiscard]] CubeJob job_of(const Slot& slot, std::span<const CandidateTile> tiles,
-                               std::span<const TileSamples> samples) const {
-    const TileKey& tile = tiles[slot.tile].key;
-    const TileSamples& of_tile = samples[slot.tile];
+  /// Where a whole tile is looked up, all around it will be asked for.
+  void prefetch(std::span<const Work> works) {
+    std::vector<TileKey> keys;
+    for (const Work& work : works) {
+      if (!work.former && work.tile->key.level == 0) keys.push_back(work.tile->key);
+    }
+    exact_distance_.prefetch(keys, context_.threads());
+  }
+
+  [[nodiscard]] CubeJob job_of(const Slot& slot, std::span<const Work> works) const {
+    const Work& work = works[slot.tile];
     CubeJob job;
-    job.key = cube_at(tile, of_tile.cubes()[slot.place]);
+    job.key = cube_at(work.tile->key, work.samples->cubes()[slot.place]);
     job.populated = slot.populated;
-    job.edge = map_.lattice().cube_edge(tile.level);
-    of_tile.copy_targets(slot.place, job.targets);
-    of_tile.copy_held_out(slot.place, job.held_out);
+    job.edge = map_.lattice().cube_edge(work.tile->key.level);
+    work.samples->copy_targets(slot.place, job.targets);
+    work.samples->copy_held_out(slot.place, job.held_out);
     return job;
   }
 
   /// Takes over the stored records of the cubes whose inputs did not change.
-  void keep_unchanged(std::span<const CandidateTile> tiles, std::span<const TileSamples> samples,
-                      std::vector<Slot>& slots) {
-    const std::vector<std::vector<CubeRecord>> former = former_records(tiles);
+  void keep_unchanged(std::span<const Work> works, std::vector<Slot>& slots) {
     parallel_for(slots.size(), context_.threads(), [&](std::size_t i) {
       Slot& slot = slots[i];
-      slot.input = input_digest(job_of(slot, tiles, samples), configuration_);
-      const int index = samples[slot.tile].cubes()[slot.place];
-      const auto& records = former[slot.tile];
+      slot.input = input_digest(job_of(slot, works), configuration_);
+      const int index = works[slot.tile].samples->cubes()[slot.place];
+      const auto& records = works[slot.tile].stored;
       const auto same = std::find_if(records.begin(), records.end(), [&](const CubeRecord& r) {
         return r.index == index && r.input == slot.input;
       });
@@ -196,8 +243,7 @@ class Trainer {
 
   /// Fits the stale cubes, many at a time: those of one class together, since they climb the same
   /// ladder.
-  void fit(std::span<const CandidateTile> tiles, std::span<const TileSamples> samples,
-           std::vector<Slot>& slots) {
+  void fit(std::span<const Work> works, std::vector<Slot>& slots) {
     std::vector<Slot*> stale;
     for (Slot& slot : slots) {
       if (slot.is_stale) stale.push_back(&slot);
@@ -212,7 +258,7 @@ class Trainer {
       std::vector<CubeJob> jobs;
       std::vector<Digest> inputs;
       for (const Slot* slot : group) {
-        jobs.push_back(job_of(*slot, tiles, samples));
+        jobs.push_back(job_of(*slot, works));
         inputs.push_back(slot->input);
       }
       std::vector<CubeRecord> records = gdfmap::run(jobs, inputs, config_);
@@ -223,38 +269,40 @@ class Trainer {
     });
   }
 
-  /// What is stored of these tiles.
-  [[nodiscard]] std::vector<std::vector<CubeRecord>> former_records(
-      std::span<const CandidateTile> tiles) {
-    std::vector<std::vector<CubeRecord>> former(tiles.size());
-    for (std::size_t i = 0; i < tiles.size(); ++i) {
-      if (auto record = map_.cubes().read(tiles[i].key)) former[i] = std::move(record->cubes);
+  /// Stores the tiles of which every cube is done: all of them unless a stop was requested.
+  void commit(std::vector<Work> works, std::vector<Slot> slots) {
+    std::vector<TileRecord> records;
+    auto slot = slots.begin();
+    for (std::size_t i = 0; i < works.size(); ++i) {
+      const auto end = std::find_if(slot, slots.end(), [&](const Slot& s) { return s.tile != i; });
+      if (std::all_of(slot, end, [](const Slot& s) { return s.done; })) {
+        records.push_back(record_of(std::move(works[i]), std::span(slot, end)));
+      }
+      slot = end;
     }
-    return former;
+    std::vector<EncodedTile> encoded(records.size());
+    parallel_for(records.size(), context_.threads(),
+                 [&](std::size_t i) { encoded[i] = encode(records[i]); });
+    map_.cubes().put(encoded);
+    report_.num_tiles_trained += static_cast<std::int64_t>(records.size());
   }
 
-  /// Stores the tiles of which every cube is done: all of them unless a stop was requested.
-  void commit(std::span<const CandidateTile> tiles, std::vector<Slot> slots) {
-    std::vector<TileRecord> records;
-    for (std::size_t i = 0; i < tiles.size(); ++i) {
-      const auto of_tile = [&](const Slot& slot) { return slot.tile == i; };
-      const auto begin = std::find_if(slots.begin(), slots.end(), of_tile);
-      const auto end = std::find_if_not(begin, slots.end(), of_tile);
-      if (!std::all_of(begin, end, [](const Slot& slot) { return slot.done; })) continue;
-      TileRecord& record =
-          records.emplace_back(TileRecord{tiles[i].key,
-                                          tiles[i].surroundings,
-                                          configuration_,
-                                          config_.codec,
-                                          map_.lattice().cube_edge(tiles[i].key.level),
-                                          {}});
-      for (auto slot = begin; slot != end; ++slot) {
-        count(*slot);
-        record.cubes.push_back(std::move(slot->record));
-      }
+  [[nodiscard]] TileRecord record_of(Work work, std::span<Slot> slots) {
+    const TileKey& key = work.tile->key;
+    TileRecord record{key,
+                      plan_.surroundings(key),
+                      configuration_,
+                      config_.codec,
+                      map_.lattice().cube_edge(key.level),
+                      std::move(work.kept)};
+    report_.num_cubes_unchanged += static_cast<std::int64_t>(record.cubes.size());
+    report_.num_cubes_out_of_reach += static_cast<std::int64_t>(record.cubes.size());
+    for (Slot& slot : slots) {
+      count(slot);
+      record.cubes.push_back(std::move(slot.record));
     }
-    map_.cubes().put(records);
-    report_.num_tiles_trained += static_cast<std::int64_t>(records.size());
+    std::ranges::sort(record.cubes, {}, &CubeRecord::index);
+    return record;
   }
 
   void count(const Slot& slot) {
@@ -267,15 +315,18 @@ class Trainer {
     if (slot.record.status == CubeStatus::kFailed) ++report_.num_cubes_failed;
   }
 
-  void report_progress(std::size_t done, std::size_t total) const {
-    context_.progress({"tiles", std::min(done, total), total,
+  void report_progress(int level, std::size_t done, std::size_t total) const {
+    constexpr const char* kStages[kMaxLevels] = {"tiles", "tiles of level 1", "tiles of level 2"};
+    context_.progress({kStages[level], std::min(done, total), total,
                        std::to_string(report_.num_cubes_fitted) + " cubes fitted"});
   }
 
   Map& map_;
   const FitConfig& config_;
   Digest configuration_;
-  ExactDistance exact_distance_;
+  const TilePlan& plan_;
+  PointChanges changes_;
+  ExactDistance& exact_distance_;
   const RunContext& context_;
   TrainReport& report_;
 };
@@ -290,19 +341,16 @@ TrainReport train(Map& map, const TrainOptions& options, const RunContext& conte
 
   TrainReport report;
   report.num_tiles_damaged = delete_damaged(map.cubes(), context);
-  std::vector<CandidateTile> plan = plan_tiles(occupied, map.lattice(), config);
-  report.num_tiles = static_cast<std::int64_t>(plan.size());
-  const TileOrigins origins = stored_origins(map.cubes());
-  report.num_tiles_deleted = delete_obsolete(map.cubes(), origins, plan);
-
-  Trainer trainer(map, config, occupied, context, report);
-  std::erase_if(plan, [&](const CandidateTile& tile) {
-    const auto stored = origins.find(tile.key);
-    return stored != origins.end() && stored->second.surroundings == tile.surroundings &&
-           stored->second.configuration == trainer.configuration();
-  });
-  trainer.run(plan);
-  context.throw_if_stopped();
+  ExactDistance exact_distance(points, occupied, context.memory() / 4);
+  TileMasks finer_served;
+  for (int level = 0; level < map.geometry().num_levels; ++level) {
+    const TilePlan plan(level, occupied, map.lattice(), config, finer_served);
+    const TileStates states = stored_states(map.cubes(), level);
+    report.num_tiles += static_cast<std::int64_t>(plan.tiles().size());
+    report.num_tiles_deleted += delete_obsolete(map.cubes(), states, plan.tiles());
+    LevelTrainer(map, config, plan, exact_distance, context, report).run(states);
+    if (level + 1 < map.geometry().num_levels) finer_served = served_cubes(map.cubes(), level);
+  }
   return report;
 }
 

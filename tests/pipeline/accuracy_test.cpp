@@ -37,7 +37,7 @@ TEST(Accuracy, OfAnIndoorScanByTheAncestorsMeasure) {
   if (!std::filesystem::exists(cloud)) GTEST_SKIP() << cloud << " is not there";
   const test::TemporaryDirectory directory;
   {
-    Map map = open_or_create_map(directory / "room.gdfmap", 1.0);
+    Map map = open_or_create_map(directory / "room.gdfmap", {1.0, {}});
     ingest(cloud, map);
     train(map);
     export_model(map, directory / "room.bin");
@@ -56,7 +56,7 @@ TEST(Accuracy, OfASurveyInFeetIsWhatTheFieldStates) {
   if (!std::filesystem::exists(cloud)) GTEST_SKIP() << cloud << " is not there";
   constexpr double kFeet = 0.3048;
   const test::TemporaryDirectory directory;
-  Map map = open_or_create_map(directory / "survey.gdfmap", 4.0);
+  Map map = open_or_create_map(directory / "survey.gdfmap", {4.0, {}});
   IngestOptions ingest_options;
   ingest_options.transform.scale = kFeet;
   ingest(cloud, map, ingest_options);

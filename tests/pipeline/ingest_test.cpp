@@ -35,7 +35,7 @@ TEST_F(PipelineIngestTest, RefusesWhatIsNotRigid) {
 
 TEST_F(PipelineIngestTest, ScaleComesBeforeTheTransform) {
   test::write_cloud(directory_ / "a.ply", std::vector<Vector3>{{10, 0, 0}});
-  Map map = open_or_create_map(directory_ / "a.gdfmap", std::nullopt);
+  Map map = open_or_create_map(directory_ / "a.gdfmap", {});
   IngestOptions options;
   options.transform.scale = 0.5;
   options.transform.T_map_source.translation() = Vector3(100.25, 0.25, 0.25);
@@ -47,17 +47,19 @@ TEST_F(PipelineIngestTest, ScaleComesBeforeTheTransform) {
 
 TEST_F(PipelineIngestTest, TheSameCloudAgainChangesNothing) {
   test::write_cloud(directory_ / "a.ply", test::scene_points("sphere", 100));
-  Map map = open_or_create_map(directory_ / "a.gdfmap", std::nullopt);
+  Map map = open_or_create_map(directory_ / "a.gdfmap", {});
   EXPECT_FALSE(ingest(directory_ / "a.ply", map).already_present);
   EXPECT_TRUE(ingest(directory_ / "a.ply", map).already_present);
   EXPECT_EQ(map.points().sources().size(), 1u);
 }
 
-TEST_F(PipelineIngestTest, TheCubeSizeOfAMapIsFixed) {
-  { Map map = open_or_create_map(directory_ / "a.gdfmap", 2.0); }
-  EXPECT_NO_THROW(open_or_create_map(directory_ / "a.gdfmap", 2.0));
-  EXPECT_NO_THROW(open_or_create_map(directory_ / "a.gdfmap", std::nullopt));
-  EXPECT_THROW(open_or_create_map(directory_ / "a.gdfmap", 1.0), Error);
+TEST_F(PipelineIngestTest, TheGeometryOfAMapIsFixed) {
+  { Map map = open_or_create_map(directory_ / "a.gdfmap", {2.0, 2}); }
+  EXPECT_NO_THROW(open_or_create_map(directory_ / "a.gdfmap", {{}, 2}));
+  EXPECT_THROW(open_or_create_map(directory_ / "a.gdfmap", {{}, 3}), Error);
+  EXPECT_NO_THROW(open_or_create_map(directory_ / "a.gdfmap", {2.0, {}}));
+  EXPECT_NO_THROW(open_or_create_map(directory_ / "a.gdfmap", {}));
+  EXPECT_THROW(open_or_create_map(directory_ / "a.gdfmap", {1.0, {}}), Error);
 }
 
 TEST_F(PipelineIngestTest, EstimatesFromTheOccupiedCubes) {

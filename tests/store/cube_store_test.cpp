@@ -8,6 +8,7 @@
 #include <gdfmap/core/failpoint.hpp>
 #include <gdfmap/db/database.hpp>
 #include <gdfmap/store/cube_store.hpp>
+#include <gdfmap/store/surroundings.hpp>
 #include <gdfmap/store/tile_codec.hpp>
 
 #include "sample_tiles.hpp"
@@ -80,7 +81,9 @@ TEST_F(CubeStoreTest, SummarisesATileInItsState) {
   const std::optional<TileState> state = store.find_state(tile.key);
   ASSERT_TRUE(state.has_value());
   EXPECT_EQ(state->key, tile.key);
-  EXPECT_EQ(state->surroundings, tile.surroundings);
+  EXPECT_EQ(state->surroundings, surroundings_digest(tile.key, tile.surroundings));
+  EXPECT_TRUE(state->served.test(0) && state->served.test(7) && state->served.test(511));
+  EXPECT_EQ(state->served.count(), 3) << "the failed cube serves nobody";
   EXPECT_EQ(state->configuration, tile.configuration);
   EXPECT_EQ(state->content, content_digest(tile));
   EXPECT_EQ(state->num_cubes, 4);
@@ -179,10 +182,10 @@ TEST_F(CubeStoreTest, AddsUpTotals) {
 TEST_F(CubeStoreTest, ATileWithoutCubesCountsAsLookedAtButNotAsContent) {
   TileRecord tile;
   tile.key = {0, 1, 2, 3};
-  tile.surroundings = {4, 5};
+  tile.surroundings = {{tile.key, {4, 5}}};
   CubeStore store = create();
   store.put({&tile, 1});
-  EXPECT_EQ(store.find_state(tile.key).value().surroundings, tile.surroundings);
+  EXPECT_EQ(store.read(tile.key).value().surroundings, tile.surroundings);
   EXPECT_TRUE(store.read(tile.key).value().cubes.empty());
   EXPECT_FALSE(store.has_cubes());
 }
@@ -289,11 +292,11 @@ TEST_F(CubeStoreTest, VerifySurvivesADamagedFile) {
 
 TEST_F(CubeStoreTest, RefusesAnotherVersionAndAnotherKindOfFile) {
   static_cast<void>(create());
-  tamper("PRAGMA user_version = 2000");
+  tamper("PRAGMA user_version = 3000");
   const Error version = error_of([&] { static_cast<void>(read_only()); });
   EXPECT_EQ(version.code(), ErrorCode::kCorrupt);
-  EXPECT_TRUE(contains(version.what(), "version 2")) << version.what();
-  tamper("PRAGMA user_version = 1000; PRAGMA application_id = 1");
+  EXPECT_TRUE(contains(version.what(), "version 3")) << version.what();
+  tamper("PRAGMA user_version = 2000; PRAGMA application_id = 1");
   EXPECT_EQ(error_of([&] { static_cast<void>(read_only()); }).code(), ErrorCode::kCorrupt);
 }
 

@@ -46,7 +46,9 @@ inline CubeRecord failed_cube(int index) {
 inline TileRecord sample_tile(const TileKey& key, std::uint32_t seed) {
   TileRecord tile;
   tile.key = key;
-  tile.surroundings = {seed, 1};
+  TileKey beside = key;
+  --beside.x;
+  tile.surroundings = {{beside, {seed, 1}}, {key, {seed, 2}}};
   tile.configuration = {seed, 2};
   tile.cubes = {sample_cube(0, 8, seed + 1), sample_cube(7, 16, seed + 2), failed_cube(100),
                 sample_cube(511, 3, seed + 3)};

@@ -23,10 +23,11 @@ std::vector<Vector3> scene_points(const std::string& scene, std::uint64_t count,
   return points;
 }
 
-Map map_of(const std::filesystem::path& path, std::span<const Vector3> points, double cube_size) {
+Map map_of(const std::filesystem::path& path, std::span<const Vector3> points, double cube_size,
+           int num_levels) {
   const std::filesystem::path cloud = path.string() + ".ply";
   write_cloud(cloud, points);
-  Map map = open_or_create_map(path, cube_size);
+  Map map = open_or_create_map(path, {cube_size, num_levels});
   ingest(cloud, map);
   return map;
 }

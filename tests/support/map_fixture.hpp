@@ -20,7 +20,7 @@ void write_cloud(const std::filesystem::path& path, std::span<const Vector3> poi
 
 /// A new map at `path` that holds these points, not trained.
 [[nodiscard]] Map map_of(const std::filesystem::path& path, std::span<const Vector3> points,
-                         double cube_size = 1.0);
+                         double cube_size = 1.0, int num_levels = 1);
 
 /// All bytes of a file.
 [[nodiscard]] std::string read_file(const std::filesystem::path& path);

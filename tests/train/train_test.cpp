@@ -174,6 +174,78 @@ TEST_F(TrainTest, CountsAsFittedExactlyTheCubesWhoseInputsChanged) {
   EXPECT_EQ(report.num_cubes_fitted, num_changed);
 }
 
+/// Points of a box, moved by `offset`.
+std::vector<Vector3> moved(std::span<const Vector3> points, const Vector3& offset) {
+  std::vector<Vector3> result;
+  for (const Vector3& p : points) result.push_back(p + offset);
+  return result;
+}
+
+TEST_F(TrainTest, CubesThatNoAddedScanReachesAreNotLookedAt) {
+  Map map = new_map("a.gdfmap", box_);
+  add(map, "beside.ply", moved(box_, {20.0, 0.0, 0.0}));
+  train(map, quick_options());
+  const auto before = inputs_of(map);
+  // Two scans between two runs, of the corner of one box.
+  add(map, "corner.ply", {box_[0] + Vector3(0.2, 0.1, 0.15)});
+  add(map, "corner2.ply", {box_[0] + Vector3(0.1, 0.2, 0.15)});
+  const TrainReport report = train(map);
+  EXPECT_GT(report.num_cubes_fitted, 0);
+  EXPECT_GT(report.num_cubes_out_of_reach, 3 * report.num_cubes_fitted);
+
+  Map at_once = new_map("b.gdfmap", box_);
+  add(at_once, "all.ply", moved(box_, {20.0, 0.0, 0.0}));
+  add(at_once, "corner3.ply",
+      {box_[0] + Vector3(0.2, 0.1, 0.15), box_[0] + Vector3(0.1, 0.2, 0.15)});
+  train(at_once, quick_options());
+  EXPECT_EQ(map.cubes().content_digest(), at_once.cubes().content_digest());
+  EXPECT_EQ(inputs_of(map), inputs_of(at_once));
+}
+
+TEST_F(TrainTest, AScanThatThinsOutPointsOfItsVoxelsIsFeltBesideItsCubes) {
+  const auto add_thinned = [&](Map& map, const std::string& name, std::span<const Vector3> points) {
+    test::write_cloud(directory_ / name, points);
+    IngestOptions options;
+    options.voxel_size = 0.95;
+    ingest(directory_ / name, map, options);
+  };
+  std::mt19937 random(3);
+  std::uniform_real_distribution<double> anywhere(0.0, 8.0);
+  for (int round = 0; round < 4; ++round) {
+    std::vector<Vector3> points;
+    for (int i = 0; i < 300; ++i) {
+      points.emplace_back(anywhere(random), anywhere(random), 0.2 * anywhere(random));
+    }
+    const std::string name = std::to_string(round);
+    Map stepwise = open_or_create_map(directory_ / (name + "s.gdfmap"), {1.0, 1});
+    add_thinned(stepwise, name + "a.ply", std::span(points).first(200));
+    train(stepwise, quick_options());
+    for (int i = 200; i < 205; ++i) {
+      add_thinned(stepwise, name + std::to_string(i) + ".ply",
+                  std::span(points).subspan(static_cast<std::size_t>(i), 1));
+    }
+    train(stepwise);
+    Map at_once = open_or_create_map(directory_ / (name + "o.gdfmap"), {1.0, 1});
+    add_thinned(at_once, name + "b.ply", std::span(points).first(205));
+    train(at_once, quick_options());
+    EXPECT_EQ(stepwise.cubes().content_digest(), at_once.cubes().content_digest()) << round;
+  }
+}
+
+TEST_F(TrainTest, AfterASourceWentTheMapIsAsIfItHadNeverBeen) {
+  Map map = new_map("a.gdfmap", box_);
+  train(map, quick_options());
+  const Digest digest = map.cubes().content_digest();
+  add(map, "b.ply", moved(box_, {0.3, 0.2, 0.4}));
+  add(map, "c.ply", moved(box_, {5.0, 5.0, 0.0}));
+  train(map);
+  for (const SourceRecord& source : map.points().sources()) {
+    if (source.id > 1) map.points().remove(source.id);
+  }
+  train(map);
+  EXPECT_EQ(map.cubes().content_digest(), digest);
+}
+
 /// Runs SQL on the cubes of a map that nobody has open.
 void tamper(const std::filesystem::path& map, const std::string& sql) {
   db::Database(map / "cubes.db", db::OpenMode::kWrite).execute(sql);

@@ -25,7 +25,7 @@ struct Geometry {
   double margin =
       kMarginRatio;  ///< blending margin of a level-0 cube; kMarginRatio · cube_size where
                      ///< gdfmap trains, whatever its header says for an imported map
-  int num_levels = 1;
+  int num_levels = kMaxLevels;
 
   bool operator==(const Geometry&) const = default;
 };

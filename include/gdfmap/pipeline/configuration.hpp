@@ -6,6 +6,7 @@
 #include <vector>
 
 #include <gdfmap/fit/fit_config.hpp>
+#include <gdfmap/pipeline/ingest.hpp>
 
 namespace gdfmap {
 
@@ -18,6 +19,7 @@ struct Configuration {
   bool export_bin = true;
   int num_threads = 0;              ///< 0: one per core
   std::optional<double> cube_size;  ///< metres
+  std::optional<int> num_levels;    ///< processing.levels
 
   std::optional<FitPreset> preset;
   std::optional<std::vector<int>> populated_steps;
@@ -32,6 +34,7 @@ struct Configuration {
   /// One line for each key that is accepted for compatibility but changes nothing, saying why.
   std::vector<std::string> notices;
 
+  [[nodiscard]] GeometryChoice geometry() const { return {cube_size, num_levels}; }
   /// The preset for a cube size, with the other keys of the file put over it.
   [[nodiscard]] FitConfig fit_config(double map_cube_size) const;
 };

@@ -17,11 +17,21 @@ namespace gdfmap {
 IngestReport ingest(const std::filesystem::path& cloud, Map& map, const IngestOptions& options = {},
                     const RunContext& context = {});
 
-/// The map at `path`, opened for writing, or a new one with this cube size (empty: 1 m).
-/// @throws Error kUsage when the map's cube size differs from a given one.
+/// What somebody asks of a map's geometry; what is empty may be anything.
+struct GeometryChoice {
+  std::optional<double> cube_size;  ///< metres
+  std::optional<int> num_levels;
+};
+
+/// @throws Error kUsage when the map's geometry, fixed when it was created, is not what is asked
+/// for.
+void check_geometry(const Map& map, const GeometryChoice& choice);
+
+/// The map at `path`, opened for writing, or a new one with this geometry, as Geometry has it where
+/// nothing is asked for.
+/// @throws Error kUsage when there is a map of another geometry.
 [[nodiscard]] Map open_or_create_map(const std::filesystem::path& path,
-                                     std::optional<double> cube_size,
-                                     const RunContext& context = {});
+                                     const GeometryChoice& choice, const RunContext& context = {});
 
 /// Reads a 4 × 4 row-major matrix of numbers (T_map_source, translation in metres).
 /// @throws Error kIo, or kUsage unless it is a rigid transformation.

@@ -9,6 +9,7 @@
 #include <string>
 #include <vector>
 
+#include <gdfmap/core/bytes.hpp>
 #include <gdfmap/core/cube_mask.hpp>
 #include <gdfmap/core/run_context.hpp>
 #include <gdfmap/db/database.hpp>
@@ -22,12 +23,26 @@ struct TileState {
   Digest surroundings;
   Digest configuration;
   Digest content;
+  CubeMask served;  ///< cubes that have Gaussians
   int num_cubes = 0, num_populated = 0, num_poor = 0, num_failed = 0;
   std::int64_t num_gaussians = 0;
   int num_measured = 0;  ///< cubes that have Gaussians and a known mean absolute error
   double mean_mae = 0.0, max_mae = 0.0;  ///< metres, over the measured cubes; 0 without any
   std::int64_t num_bytes = 0;            ///< of the encoded cubes
 };
+
+/// A tile in the form in which it is stored.
+struct EncodedTile {
+  TileState state;
+  std::uint64_t checksum = 0;  ///< of the cubes
+  Bytes surroundings;
+  Bytes cubes;
+};
+
+/// A pure function, so that many threads can work for one writer.
+/// @throws Error kInternal for a record that the format cannot hold, see encode_tile() and
+///         encode_surroundings().
+[[nodiscard]] EncodedTile encode(const TileRecord& tile);
 
 /// Sums over all tiles.
 struct CubeTotals {
@@ -55,7 +70,8 @@ class CubeStore {
   /// @name Writing
   /// @{
   /// Replaces the cubes and digests of these tiles in one transaction.
-  /// @throws Error kInternal for a record that the format cannot hold, see encode_tile().
+  void put(std::span<const EncodedTile> tiles);
+  /// The same with encode() before it.
   void put(std::span<const TileRecord> tiles);
   void erase(
       std::span<const TileKey> tiles);  ///< one transaction; keys that are absent are ignored

@@ -41,10 +41,19 @@ struct CubeRecord {
   Gaussians gaussians;
 };
 
+/// The points of one tile as those around it saw them when they were trained.
+struct SurroundingTile {
+  TileKey key;    ///< of the level of the tile that saw it
+  Digest digest;  ///< of its points, not zero
+  bool operator==(const SurroundingTile&) const = default;
+};
+
 /// All attempted cubes of one tile, by ascending index, and what they were made from.
 struct TileRecord {
   TileKey key;
-  Digest surroundings;   ///< of the points in and around the tile
+  /// Every tile whose points could matter to this one's cubes, those without points left out, in
+  /// key order.
+  std::vector<SurroundingTile> surroundings;
   Digest configuration;  ///< of the fit configuration and the fit version
   /// How its Gaussians are stored. With kQuantized they stand on the grid of the cubes' edge,
   /// errors and reach have 8 significant bits, and iterations and numbers of Gaussians are below

@@ -53,9 +53,18 @@ struct SourceRecord {
 struct TilePoints {
   TileKey key;
   CubeMask cubes;
-  Digest
-      digest;  ///< of the tile's point set: independent of order, blocks and duplicates in a block
+  /// Of the tile and its point set: independent of order, blocks and duplicates in a block. The sum
+  /// of those of its shares.
+  Digest digest;
   std::uint64_t num_points = 0;  ///< stored, over all blocks; what they share is counted again
+};
+
+/// What one published source has in a tile.
+struct SourceShare {
+  std::int64_t source = 0;
+  Digest digest;  ///< of the tile, the points and the voxels
+  CubeMask cubes;
+  int voxel_steps = 0;  ///< see SourceRecord
 };
 
 /// A block on its way into the store.
@@ -133,6 +142,8 @@ class PointStore {
   /// Every tile with published points, in key order. `visit` may use the other members.
   void for_each_tile(const std::function<void(const TilePoints&)>& visit);
   [[nodiscard]] std::optional<TilePoints> find_tile(const TileKey& key);
+  /// What a tile consists of, by ascending source.
+  [[nodiscard]] std::vector<SourceShare> shares(const TileKey& key);
 
   /// Visits the points of a tile in pieces: the published blocks of sources that are not thinned,
   /// in the order of source and arrival, then for every size of voxel what is left of all sources
