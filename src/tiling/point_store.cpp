@@ -243,8 +243,7 @@ std::vector<SourceShare> PointStore::shares(const TileKey& key) {
   std::vector<SourceShare> shares;
   for (select.bind(key.x, key.y, key.z); select.step();) {
     const TileSummary summary = read_summary(select, 5);
-    shares.push_back({select.integer(4), share_digest(select, summary), summary.cubes,
-                      checked_voxel_steps(select.integer(3))});
+    shares.push_back({select.integer(4), share_digest(select, summary), summary.cubes});
   }
   std::ranges::sort(shares, {}, &SourceShare::source);
   return shares;

@@ -11,13 +11,6 @@ struct SourcePart {
   std::vector<Box3> boxes;
 };
 
-/// A point that came can thin out others of its voxel.
-Box3 box_of(const TileKey& tile, const SourceShare& share) {
-  const double voxel = static_cast<double>(share.voxel_steps) / kStepsPerCubeAxis;
-  const Box3 box = box_of_cubes(tile, share.cubes);
-  return {box.min() - Vector3::Constant(voxel), box.max() + Vector3::Constant(voxel)};
-}
-
 Box3 whole_tile(const TileKey& tile) {
   const auto edge = static_cast<double>(kCubesPerTileAxis * level_scale(tile.level));
   const Vector3 low = edge * Vector3(tile.x, tile.y, tile.z);
@@ -59,14 +52,15 @@ const std::vector<Box3>& PointChanges::change_of(const TileKey& tile, const Dige
 }
 
 /// Digests are sums over sources, and a source that comes later has a higher number: if the latest
-/// ones alone make up the difference, they alone were added.
+/// ones alone make up the difference, they alone were added. What they thin out lies in their
+/// cubes, because no voxel reaches across a face.
 std::vector<Box3> PointChanges::find_change(const TileKey& tile, const Digest& former) {
   std::map<std::int64_t, SourcePart, std::greater<>> latest_first;
   for (const TileKey& occupied : groups_.occupied_in(tile)) {
     for (const SourceShare& share : store_.shares(occupied)) {
       SourcePart& part = latest_first[share.source];
       part.digest += share.digest;
-      part.boxes.push_back(box_of(occupied, share));
+      part.boxes.push_back(box_of_cubes(occupied, share.cubes));
     }
   }
   const Digest today = groups_.digest(tile);

@@ -64,7 +64,6 @@ struct SourceShare {
   std::int64_t source = 0;
   Digest digest;  ///< of the tile, the points and the voxels
   CubeMask cubes;
-  int voxel_steps = 0;  ///< see SourceRecord
 };
 
 /// A block on its way into the store.
