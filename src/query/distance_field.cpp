@@ -1,4 +1,5 @@
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <string>
 
@@ -28,19 +29,65 @@ const Geometry& checked(const Geometry& geometry) {
   return geometry;
 }
 
-FieldModel make_model(TileSource& source, BlendMode blend) {
+/// Keeps the blending band of a model that states no margin from having no width.
+constexpr double kMinMarginRatio = 1e-6;
+
+std::array<double, kMaxLevels> margins_of(const Geometry& geometry, BlendMode blend) {
+  std::array<double, kMaxLevels> margins;
+  for (std::size_t level = 0; level < margins.size(); ++level) {
+    const auto scale = static_cast<double>(level_scale(static_cast<int>(level)));
+    const double edge = scale * geometry.cube_size;
+    margins[level] = std::max(scale * geometry.margin, kMinMarginRatio * edge);
+    if (blend == BlendMode::kPartition) margins[level] = std::min(margins[level], 0.5 * edge);
+  }
+  return margins;
+}
+
+FieldModel make_model(TileSource& source, const DistanceFieldOptions& options) {
   const Geometry& geometry = checked(source.geometry());
-  return {Lattice(geometry.cube_size), geometry, blend,
-          OccupancyIndex(source.occupied(), geometry.cube_size), source.has_cubes()};
+  return {Lattice(geometry.cube_size),
+          geometry,
+          options.blend,
+          options.precision,
+          &field_kernels(options.instruction_set),
+          OccupancyIndex(source.occupied(), geometry.cube_size),
+          source.has_cubes(),
+          margins_of(geometry, options.blend)};
+}
+
+void check_room(std::span<const Vector3> points_world, std::size_t room) {
+  if (points_world.size() == room) return;
+  throw Error(ErrorCode::kUsage, std::to_string(points_world.size()) + " points but room for " +
+                                     std::to_string(room) + " answers");
 }
 
 }  // namespace
 
 struct DistanceField::Impl {
   Impl(std::shared_ptr<TileSource> source, const DistanceFieldOptions& options)
-      : model(make_model(*source, options.blend)),
+      : model(make_model(*source, options)),
         cache(std::move(source), options.cache_bytes),
         num_threads(RunContext{.num_threads = options.num_threads}.threads()) {}
+
+  /// take(i, answer) for every point, in no order, on several threads.
+  template <typename Take>
+  void answer(std::span<const Vector3> points_world, FieldEvaluator::Wanted wanted,
+              const Take& take) {
+    for (std::size_t first = 0; first < points_world.size(); first += kMaxOrdered) {
+      const auto part =
+          points_world.subspan(first, std::min(kMaxOrdered, points_world.size() - first));
+      const std::vector<std::uint32_t> order = locality_order(part, model.lattice);
+      const auto answer_chunk = [&](std::size_t chunk) {
+        const std::size_t begin = chunk * kChunk;
+        FieldEvaluator(model, cache)
+            .at(part, std::span(order).subspan(begin, std::min(kChunk, order.size() - begin)),
+                wanted, [&](std::uint32_t i, const FieldAnswer& a) { take(first + i, a); });
+      };
+      const std::size_t num_chunks = (order.size() + kChunk - 1) / kChunk;
+      const auto threads = std::min(num_chunks, static_cast<std::size_t>(num_threads));
+      parallel_for(num_chunks, static_cast<int>(threads), answer_chunk);
+    }
+  }
 
   FieldModel model;
   TileCache cache;
@@ -59,26 +106,22 @@ DistanceField& DistanceField::operator=(DistanceField&&) noexcept = default;
 const Geometry& DistanceField::geometry() const { return impl_->model.geometry; }
 
 FieldSample DistanceField::at(const Vector3& p_world) const {
-  return FieldEvaluator(impl_->model, impl_->cache).at(p_world);
+  return FieldEvaluator(impl_->model, impl_->cache).at(p_world).sample;
 }
 
 void DistanceField::at(std::span<const Vector3> points_world,
                        std::span<FieldSample> samples) const {
-  if (points_world.size() != samples.size()) {
-    throw Error(ErrorCode::kUsage, std::to_string(points_world.size()) + " points but room for " +
-                                       std::to_string(samples.size()) + " samples");
-  }
-  const std::vector<std::size_t> order = locality_order(points_world, impl_->model.lattice);
-  const std::size_t num_chunks = (order.size() + kChunk - 1) / kChunk;
-  const auto answer_chunk = [&](std::size_t chunk) {
-    FieldEvaluator evaluator(impl_->model, impl_->cache);
-    const std::size_t end = std::min(order.size(), (chunk + 1) * kChunk);
-    for (std::size_t i = chunk * kChunk; i < end; ++i) {
-      samples[order[i]] = evaluator.at(points_world[order[i]]);
-    }
-  };
-  const auto num_threads = std::min(num_chunks, static_cast<std::size_t>(impl_->num_threads));
-  parallel_for(num_chunks, std::max(1, static_cast<int>(num_threads)), answer_chunk);
+  check_room(points_world, samples.size());
+  impl_->answer(points_world, FieldEvaluator::Wanted::kValueAndGradient,
+                [&](std::size_t i, const FieldAnswer& answer) { samples[i] = answer.sample; });
+}
+
+void DistanceField::distances(std::span<const Vector3> points_world,
+                              std::span<double> distances) const {
+  check_room(points_world, distances.size());
+  impl_->answer(
+      points_world, FieldEvaluator::Wanted::kValue,
+      [&](std::size_t i, const FieldAnswer& answer) { distances[i] = answer.sample.distance; });
 }
 
 TileCacheStatistics DistanceField::statistics() const { return impl_->cache.statistics(); }

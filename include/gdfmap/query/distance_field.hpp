@@ -5,6 +5,7 @@
 #include <span>
 
 #include <gdfmap/core/geometry.hpp>
+#include <gdfmap/core/instruction_set.hpp>
 #include <gdfmap/map/map.hpp>
 #include <gdfmap/query/tile_cache.hpp>
 #include <gdfmap/query/tile_source.hpp>
@@ -25,6 +26,14 @@ enum class BlendMode {
   kGdf1  ///< as G-EDF's evaluator does it: level 0 alone, gradient without the weights' derivative
 };
 
+/// The arithmetic of kPartition's answers; kGdf1 has double precision alone.
+enum class Precision {
+  /// Vector instructions of the machine, chosen at run time: distances within 1e-5 of the coarsest
+  /// contributing cube's edge of kDouble's, the same for one point and for many.
+  kFloat,
+  kDouble  ///< the reference, many times slower
+};
+
 /// An answer of the field: `auto [distance, gradient, status, expected_error] = field.at(p);`
 struct FieldSample {
   double distance = 0.0;               ///< to the nearest point, metres
@@ -39,6 +48,9 @@ struct DistanceFieldOptions {
   std::size_t cache_bytes = std::size_t{256} << 20;  ///< of decoded tiles
   BlendMode blend = BlendMode::kPartition;
   int num_threads = 0;  ///< of a batch; 0: one per core
+  Precision precision = Precision::kFloat;
+  /// For kFloat; must be supported.
+  InstructionSet instruction_set = best_instruction_set();
 };
 
 /// The distance field of a map, continuous over all of space. Answers depend on the tiles alone,
@@ -50,7 +62,7 @@ struct DistanceFieldOptions {
 /// far bound is needed and no cube is occupied. With kGdf1 it is kUnknown wherever no cube
 /// contributes, else kFine.
 ///
-/// Beside cache_bytes, running queries hold at most 8 tiles for each level and thread.
+/// Beside cache_bytes, running queries hold at most 24 tiles for each level and thread.
 class DistanceField {
  public:
   /// @throws Error kUsage for a geometry that cannot be used; kIo or kCorrupt when the source's
@@ -68,9 +80,12 @@ class DistanceField {
 
   /// Never throws for what a map holds.
   [[nodiscard]] FieldSample at(const Vector3& p_world) const;
-  /// The same for many points, in parallel and grouped by tile. samples[i] answers points_world[i].
-  /// @throws Error kUsage when the spans differ in length.
+  /// The same for many points, in parallel and ordered by cube. samples[i] answers points_world[i].
+  /// Takes 32 MiB at most, however many they are. @throws Error kUsage when the spans differ in
+  /// length.
   void at(std::span<const Vector3> points_world, std::span<FieldSample> samples) const;
+  /// The distances alone, which takes less time; not-a-number where nothing is known.
+  void distances(std::span<const Vector3> points_world, std::span<double> distances) const;
 
   [[nodiscard]] TileCacheStatistics statistics() const;
 
