@@ -22,11 +22,10 @@ class WeightedMean {
     mae_ += weight * static_cast<double>(errors.mae);
     max_error_ += weight * static_cast<double>(errors.max_error);
   }
-  [[nodiscard]] std::optional<FieldAnswer> answer() const {
+  [[nodiscard]] std::optional<FieldSample> answer() const {
     if (weight_ < kMinGdf1Weight) return std::nullopt;
-    return FieldAnswer{
-        {sum_.value / weight_, sum_.gradient / weight_, FieldStatus::kFine, mae_ / weight_},
-        max_error_ / weight_};
+    return FieldSample{sum_.value / weight_, sum_.gradient / weight_, FieldStatus::kFine,
+                       mae_ / weight_, max_error_ / weight_};
   }
 
  private:
@@ -42,20 +41,20 @@ void add_value_and_gradient(const float (&sum)[4], FieldSample& sample) {
 
 }  // namespace
 
-FieldEvaluator::FieldEvaluator(const FieldModel& model, TileCache& cache)
-    : model_(model), planner_(model, cache) {
+FieldEvaluator::FieldEvaluator(const FieldModel& model, TileCache& cache, TileLoader* loader)
+    : model_(model), planner_(model, cache, loader) {
   if (uses_kernels()) terms_.reserve(kMaxTerms);
 }
 
-FieldAnswer FieldEvaluator::at(const Vector3& p_world) {
+FieldSample FieldEvaluator::at(const Vector3& p_world) {
   if (model_.blend == BlendMode::kGdf1) return gdf1(p_world);
   if (model_.precision == Precision::kDouble) return exact(p_world);
   terms_.clear();
-  FieldAnswer answer = plan(p_world);
+  FieldSample answer = plan(p_world);
   const auto end = static_cast<std::uint32_t>(terms_.size());
   float sum[1][4];
   model_.kernels->values_and_gradients(terms_.data(), &end, 1, sum);
-  add_value_and_gradient(sum[0], answer.sample);
+  add_value_and_gradient(sum[0], answer);
   return answer;
 }
 
@@ -79,17 +78,17 @@ void FieldEvaluator::evaluate(Group& group, std::size_t count, Wanted wanted) co
   if (wanted == Wanted::kValue) {
     model_.kernels->values(terms_.data(), group.ends, count, group.values);
     for (std::size_t i = 0; i < count; ++i) {
-      group.answers[i].sample.distance += static_cast<double>(group.values[i]);
+      group.answers[i].distance += static_cast<double>(group.values[i]);
     }
   } else {
     model_.kernels->values_and_gradients(terms_.data(), group.ends, count, group.value_gradients);
     for (std::size_t i = 0; i < count; ++i) {
-      add_value_and_gradient(group.value_gradients[i], group.answers[i].sample);
+      add_value_and_gradient(group.value_gradients[i], group.answers[i]);
     }
   }
 }
 
-FieldAnswer FieldEvaluator::plan(const Vector3& p_world) {
+FieldSample FieldEvaluator::plan(const Vector3& p_world) {
   const std::size_t num_terms = terms_.size();
   const auto add = [this](const KernelView& cube, const Vector3& p_local, double weight,
                           const Vector3& weight_gradient) {
@@ -104,12 +103,12 @@ FieldAnswer FieldEvaluator::plan(const Vector3& p_world) {
       __builtin_prefetch(cube.data + i);
     }
   };
-  const FieldAnswer rest = planner_.plan(p_world, add);
-  if (rest.sample.status == FieldStatus::kUnknown) terms_.resize(num_terms);
+  const FieldSample rest = planner_.plan(p_world, add);
+  if (rest.status >= FieldStatus::kUnknown) terms_.resize(num_terms);
   return rest;
 }
 
-FieldAnswer FieldEvaluator::exact(const Vector3& p_world) {
+FieldSample FieldEvaluator::exact(const Vector3& p_world) {
   ValueGradient sum;
   const auto add = [&sum](const KernelView& cube, const Vector3& p_local, double weight,
                           const Vector3& weight_gradient) {
@@ -117,28 +116,34 @@ FieldAnswer FieldEvaluator::exact(const Vector3& p_world) {
     sum.value += weight * term.value;
     sum.gradient += weight * term.gradient + term.value * weight_gradient;
   };
-  FieldAnswer answer = planner_.plan(p_world, add);
-  answer.sample.distance += sum.value;
-  answer.sample.gradient += sum.gradient;
+  FieldSample answer = planner_.plan(p_world, add);
+  answer.distance += sum.value;
+  answer.gradient += sum.gradient;
   return answer;
 }
 
-FieldAnswer FieldEvaluator::gdf1(const Vector3& p_world) {
+FieldSample FieldEvaluator::gdf1(const Vector3& p_world) {
   const std::optional<CubeKey> own = model_.lattice.cube_containing(p_world, 0);
-  const FieldAnswer unknown = no_answer(FieldStatus::kUnknown);
+  const FieldSample unknown = no_answer(FieldStatus::kUnknown);
   if (!own || !model_.has_cubes) return unknown;
   const double edge = model_.lattice.cube_size(), margin = model_.margins[0];
   WeightedMean mean;
-  /// False when the cube cannot be read. GDF1 holds no poor cubes.
+  /// False when the cube cannot be read, or not yet. GDF1 holds no poor cubes.
+  FieldSample no_mean = unknown;
   const auto add = [&](const FieldPlanner::Found& found, const Vector3& p_local, double weight) {
-    if (found.cube == nullptr || found.cube->status != CubeStatus::kFitted) return found.readable;
+    if (found.availability == TileAvailability::kPending)
+      no_mean = no_answer(FieldStatus::kPending);
+    if (found.cube == nullptr || found.cube->status != CubeStatus::kFitted) {
+      return found.availability == TileAvailability::kAbsent ||
+             found.availability == TileAvailability::kLoaded;
+    }
     const KernelView kernel = found.tile->kernel(*found.cube);
     mean.add(weight, evaluate_with_gradient(kernel, p_local), *found.cube);
     return true;
   };
   const Vector3 p_own = p_world - model_.lattice.cube_origin(*own);
   if (std::min(p_own.minCoeff(), (Vector3::Constant(edge) - p_own).minCoeff()) >= margin) {
-    if (!add(planner_.find(*own), p_own, 1.0)) return unknown;
+    if (!add(planner_.find(*own), p_own, 1.0)) return no_mean;
     if (const auto alone = mean.answer()) return *alone;
   }
   for (int i = 0; i < 27; ++i) {
@@ -146,7 +151,7 @@ FieldAnswer FieldEvaluator::gdf1(const Vector3& p_world) {
     const Vector3 p_local = p_world - model_.lattice.cube_origin(key);
     const double weight = gdf1_blend_weight(p_local, edge, margin);
     if (weight <= kMinGdf1Weight) continue;
-    if (!add(planner_.find(key), p_local, weight)) return unknown;
+    if (!add(planner_.find(key), p_local, weight)) return no_mean;
   }
   return mean.answer().value_or(unknown);
 }

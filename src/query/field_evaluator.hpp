@@ -12,10 +12,11 @@ namespace gdfmap {
 /// Answers queries of one thread, one by one or many together, with the same bits.
 class FieldEvaluator {
  public:
-  /// Both outlive it.
-  FieldEvaluator(const FieldModel& model, TileCache& cache);
+  /// All outlive it. @param loader  fetches tiles that are not in memory, which are answered with
+  ///                                kPending meanwhile; null: they are waited for
+  FieldEvaluator(const FieldModel& model, TileCache& cache, TileLoader* loader = nullptr);
 
-  [[nodiscard]] FieldAnswer at(const Vector3& p_world);
+  [[nodiscard]] FieldSample at(const Vector3& p_world);
 
   /// Answers the points that `order` names, in that order: take(index, answer). With kValue the
   /// answers have no gradients.
@@ -30,7 +31,7 @@ class FieldEvaluator {
   /// At most so many cubes share a point.
   static constexpr std::size_t kMaxTerms = std::size_t{8} * kMaxLevels;
   struct Group {
-    FieldAnswer answers[kGroupSize];
+    FieldSample answers[kGroupSize];
     std::uint32_t ends[kGroupSize];
     float values[kGroupSize];
     float value_gradients[kGroupSize][4];
@@ -40,14 +41,14 @@ class FieldEvaluator {
     return model_.blend == BlendMode::kPartition && model_.precision == Precision::kFloat;
   }
   /// Leaves the cubes' terms behind those in terms_, and returns the rest of the answer.
-  [[nodiscard]] FieldAnswer plan(const Vector3& p_world);
+  [[nodiscard]] FieldSample plan(const Vector3& p_world);
   /// Plans the first points of `order` and returns their number.
   [[nodiscard]] std::size_t plan_group(std::span<const Vector3> points_world,
                                        std::span<const std::uint32_t> order, Group& group);
   void evaluate(Group& group, std::size_t count, Wanted wanted) const;
 
-  [[nodiscard]] FieldAnswer exact(const Vector3& p_world);
-  [[nodiscard]] FieldAnswer gdf1(const Vector3& p_world);
+  [[nodiscard]] FieldSample exact(const Vector3& p_world);
+  [[nodiscard]] FieldSample gdf1(const Vector3& p_world);
 
   const FieldModel& model_;
   FieldPlanner planner_;

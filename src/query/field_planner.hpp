@@ -11,38 +11,35 @@
 
 namespace gdfmap {
 
-/// An answer with the bound of its error.
-struct FieldAnswer {
-  FieldSample sample;
-  /// The recorded largest errors of the contributing cubes, weighted as they contribute, metres; 0
-  /// where the far bound is alone, NaN where one is not known.
-  double error_bound = 0.0;
-};
-
-inline FieldAnswer no_answer(FieldStatus status) {
+inline FieldSample no_answer(FieldStatus status) {
   constexpr double kNotKnown = std::numeric_limits<double>::quiet_NaN();
-  return {{kNotKnown, Vector3::Constant(kNotKnown), status, kNotKnown}, kNotKnown};
+  return {kNotKnown, Vector3::Constant(kNotKnown), status, kNotKnown, kNotKnown};
 }
 
 /// Finds which cubes make the answer at a point, and with which weights. Not thread-safe: one for
 /// each thread.
 class FieldPlanner {
  public:
-  /// Both outlive it.
-  FieldPlanner(const FieldModel& model, TileCache& cache) : model_(model), tiles_(cache) {}
+  /// All outlive it. @param loader  see TileCursor
+  FieldPlanner(const FieldModel& model, TileCache& cache, TileLoader* loader)
+      : model_(model), tiles_(cache, loader) {}
 
-  /// Where a cube that can be evaluated is, or null, and whether its tile could be read.
+  /// Where a cube that can be evaluated is, or null, and what became of its tile.
   struct Found {
-    bool readable = true;
+    TileAvailability availability = TileAvailability::kAbsent;
     const DecodedTile* tile = nullptr;
     const DecodedTile::Cube* cube = nullptr;
   };
   /// Valid until a cube of another place is asked for, its tile until release().
   [[nodiscard]] Found find(const CubeKey& key) {
     const CachedTile& cached = tiles_.get(tile_of(key));
-    if (!cached.tile) return {cached.availability != TileAvailability::kUnreadable};
-    return {true, cached.tile.get(), cached.tile->find_served(cube_index_in_tile(key))};
+    if (!cached.tile) return {cached.availability};
+    return {cached.availability, cached.tile.get(),
+            cached.tile->find_served(cube_index_in_tile(key))};
   }
+
+  /// Looks up every tile that an answer at this point may want, on all levels.
+  void request_tiles(const Vector3& p_world);
 
   /// Kernels stay valid until release(), which is due when this says so.
   [[nodiscard]] bool holds_many_tiles() const { return tiles_.num_replaced() >= kManyTiles; }
@@ -52,14 +49,14 @@ class FieldPlanner {
   /// over all levels, Σ weight · d_c. What it returns is the answer without them: status, errors,
   /// and the far bound's part, or all of it where that is unknown.
   template <typename Add>
-  [[nodiscard]] FieldAnswer plan(const Vector3& p_world, const Add& add);
+  [[nodiscard]] FieldSample plan(const Vector3& p_world, const Add& add);
 
  private:
   static constexpr std::size_t kManyTiles = 8;
   struct Blend;
   template <typename Add>
-  [[nodiscard]] bool add_level(const CubeKey& own, const Vector3& p_world, Blend& blend,
-                               const Add& add);
+  [[nodiscard]] std::optional<FieldStatus> add_level(const CubeKey& own, const Vector3& p_world,
+                                                     Blend& blend, const Add& add);
   [[nodiscard]] bool waits_for_training(const TileKey& tile);
 
   const FieldModel& model_;
@@ -91,16 +88,15 @@ struct FieldPlanner::Blend {
     missing = 0.0;
     missing_gradient.setZero();
   }
-  [[nodiscard]] FieldAnswer answer(FieldStatus status, const FarBound& far) const {
+  [[nodiscard]] FieldSample answer(FieldStatus status, const FarBound& far) const {
     constexpr double kNotKnown = std::numeric_limits<double>::quiet_NaN();
-    return {{share * far.distance, share * far.gradient + far.distance * share_gradient, status,
-             weight > 0.0 ? mae / weight : kNotKnown},
-            max_error};
+    return {share * far.distance, share * far.gradient + far.distance * share_gradient, status,
+            weight > 0.0 ? mae / weight : kNotKnown, max_error};
   }
 };
 
 template <typename Add>
-FieldAnswer FieldPlanner::plan(const Vector3& p_world, const Add& add) {
+FieldSample FieldPlanner::plan(const Vector3& p_world, const Add& add) {
   const std::optional<CubeKey> own = model_.lattice.cube_containing(p_world, 0);
   if (!own || !model_.has_cubes || waits_for_training(tile_of(*own))) {
     return no_answer(FieldStatus::kUnknown);
@@ -108,7 +104,8 @@ FieldAnswer FieldPlanner::plan(const Vector3& p_world, const Add& add) {
   Blend blend;
   for (int level = 0; level < model_.geometry.num_levels; ++level) {
     const auto cube = level == 0 ? own : model_.lattice.cube_containing(p_world, level);
-    if (!cube || !add_level(*cube, p_world, blend, add)) return no_answer(FieldStatus::kUnknown);
+    if (!cube) return no_answer(FieldStatus::kUnknown);
+    if (const auto reason = add_level(*cube, p_world, blend, add)) return no_answer(*reason);
     if (blend.share == 0.0) {
       return blend.answer(level == 0 ? FieldStatus::kFine : FieldStatus::kCoarse, {});
     }
@@ -117,13 +114,18 @@ FieldAnswer FieldPlanner::plan(const Vector3& p_world, const Add& add) {
   return far ? blend.answer(FieldStatus::kFar, *far) : no_answer(FieldStatus::kUnknown);
 }
 
-/// False when a cube that is needed cannot be read.
+/// What is to be answered instead when a cube that is needed cannot be read, or not yet.
 template <typename Add>
-bool FieldPlanner::add_level(const CubeKey& own, const Vector3& p_world, Blend& blend,
-                             const Add& add) {
+std::optional<FieldStatus> FieldPlanner::add_level(const CubeKey& own, const Vector3& p_world,
+                                                   Blend& blend, const Add& add) {
+  bool is_pending = false;
   const auto add_term = [&](const BlendTerm& term) {
     const Found found = find(term.cube);
-    if (!found.readable) return false;
+    if (found.availability == TileAvailability::kUnreadable) return false;
+    if (found.availability == TileAvailability::kPending) {
+      is_pending = true;  // go on: all tiles that are needed shall be asked for
+      return true;
+    }
     if (found.cube == nullptr) {
       blend.add_missing(term);
       return true;
@@ -143,17 +145,33 @@ bool FieldPlanner::add_level(const CubeKey& own, const Vector3& p_world, Blend& 
   };
   if (!visit_partition_of_unity(own, p_world, model_.lattice.cube_edge(own.level),
                                 model_.margins[static_cast<std::size_t>(own.level)], add_term)) {
-    return false;
+    return FieldStatus::kUnknown;
   }
+  if (is_pending) return FieldStatus::kPending;
   blend.finish_level();
-  return true;
+  return std::nullopt;
 }
 
 inline bool FieldPlanner::waits_for_training(const TileKey& tile) {
   const CachedTile& cached = tiles_.get(tile);
-  if (cached.availability == TileAvailability::kUnreadable) return false;  // add_level() sees to it
   if (cached.tile && cached.tile->num_cubes() > 0) return false;
-  return model_.occupancy.is_occupied(tile);
+  // add_level() sees to tiles that cannot be read, or not yet.
+  const bool is_known = cached.availability == TileAvailability::kAbsent ||
+                        cached.availability == TileAvailability::kLoaded;
+  return is_known && model_.occupancy.is_occupied(tile);
+}
+
+inline void FieldPlanner::request_tiles(const Vector3& p_world) {
+  for (int level = 0; level < model_.geometry.num_levels; ++level) {
+    const std::optional<CubeKey> own = model_.lattice.cube_containing(p_world, level);
+    if (!own) return;
+    visit_partition_of_unity(*own, p_world, model_.lattice.cube_edge(level),
+                             model_.margins[static_cast<std::size_t>(level)],
+                             [this](const BlendTerm& term) {
+                               static_cast<void>(tiles_.get(tile_of(term.cube)));
+                               return true;
+                             });
+  }
 }
 
 }  // namespace gdfmap

@@ -8,6 +8,8 @@
 
 #include <gdfmap/query/tile_cache.hpp>
 
+#include "tile_loader.hpp"
+
 namespace gdfmap {
 
 /// The tiles around the points that one thread works on, so that most look-ups need no lock. A
@@ -15,7 +17,10 @@ namespace gdfmap {
 /// a coordinate and so never take each other's place.
 class TileCursor {
  public:
-  explicit TileCursor(TileCache& cache) : cache_(&cache) {}
+  /// @param loader  fetches tiles that are not in memory, which are kPending meanwhile; null: they
+  ///                are waited for
+  explicit TileCursor(TileCache& cache, TileLoader* loader = nullptr)
+      : cache_(&cache), loader_(loader) {}
 
   /// Valid until a tile of the same level and parities is asked for; the tile itself until
   /// release().
@@ -24,7 +29,7 @@ class TileCursor {
                                                  4 * (key.z & 1))];
     if (slot.key != key) [[unlikely]] {
       if (slot.tile.tile) replaced_.push_back(std::move(slot.tile.tile));
-      slot.tile = cache_->get(key);
+      slot.tile = fetch(key);
       slot.key = key;
     }
     return slot.tile;
@@ -35,12 +40,20 @@ class TileCursor {
   void release() { replaced_.clear(); }
 
  private:
+  CachedTile fetch(const TileKey& key) {
+    if (loader_ == nullptr) return cache_->get(key);
+    CachedTile tile = cache_->find(key);
+    if (tile.availability == TileAvailability::kPending) loader_->request(key);
+    return tile;
+  }
+
   struct Slot {
     TileKey key{-1, 0, 0, 0};
     CachedTile tile;
   };
 
   TileCache* cache_;
+  TileLoader* loader_;
   std::array<Slot, std::size_t{8} * kMaxLevels> slots_;
   std::vector<std::shared_ptr<const DecodedTile>> replaced_;
 };

@@ -3,6 +3,8 @@
 #include <cstddef>
 #include <memory>
 #include <span>
+#include <tuple>
+#include <type_traits>
 
 #include <gdfmap/core/geometry.hpp>
 #include <gdfmap/core/instruction_set.hpp>
@@ -17,7 +19,8 @@ enum class FieldStatus {
   kFine,    ///< cubes of level 0 alone
   kCoarse,  ///< a coarser level contributes
   kFar,  ///< the distance to the nearest occupied cube contributes: a lower bound where it is alone
-  kUnknown  ///< nothing is known: distance, gradient and expected error are NaN
+  kUnknown,  ///< nothing is known: all that is measured is NaN
+  kPending   ///< of try_at() alone: a tile is on its way, all that is measured is NaN
 };
 
 /// How cubes that share a point are combined.
@@ -34,7 +37,8 @@ enum class Precision {
   kDouble  ///< the reference, many times slower
 };
 
-/// An answer of the field: `auto [distance, gradient, status, expected_error] = field.at(p);`
+/// An answer of the field: `auto [distance, gradient, status, expected_error] = field.at(p);` binds
+/// its first four members.
 struct FieldSample {
   double distance = 0.0;               ///< to the nearest point, metres
   Vector3 gradient = Vector3::Zero();  ///< of the distance, world frame, no unit
@@ -42,6 +46,21 @@ struct FieldSample {
   /// Mean absolute error of the contributing cubes at their held-out samples, weighted as they
   /// contribute, metres. NaN where no cube contributes or one's error is not known.
   double expected_error = 0.0;
+  /// Largest error of the contributing cubes at their held-out samples, weighted as they
+  /// contribute, metres; the far bound contributes no error. NaN where one is not known.
+  double error_bound = 0.0;
+
+  /// For collision checks: below the true distance wherever the cubes' errors are within
+  /// kSafetyFactor times their recorded bounds, because the blended error is at most the blended
+  /// bound. NaN, which is less than nothing and more than nothing, where that is not known: test
+  /// `conservative_distance() > radius`. Never negative.
+  [[nodiscard]] double conservative_distance() const {
+    const double d = distance - kSafetyFactor * error_bound;
+    return d < 0.0 ? 0.0 : d;
+  }
+  /// Held-out samples stand 1/6 of an edge apart: an error may be larger between them, or in a
+  /// cube's margin, than at any of them.
+  static constexpr double kSafetyFactor = 1.0;
 };
 
 struct DistanceFieldOptions {
@@ -66,8 +85,8 @@ struct DistanceFieldOptions {
 class DistanceField {
  public:
   /// @throws Error kUsage for a geometry that cannot be used; kIo or kCorrupt when the source's
-  /// list of
-  ///         occupied tiles cannot be read.
+  /// list
+  ///         of occupied tiles cannot be read.
   explicit DistanceField(std::shared_ptr<TileSource> source,
                          const DistanceFieldOptions& options = {});
   /// Of a map as it stands; reads its cubes.db through connections of its own.
@@ -87,11 +106,61 @@ class DistanceField {
   /// The distances alone, which takes less time; not-a-number where nothing is known.
   void distances(std::span<const Vector3> points_world, std::span<double> distances) const;
 
+  /// Of each the conservative_distance(), which is no less quick than distances().
+  void conservative_distances(std::span<const Vector3> points_world,
+                              std::span<double> distances) const;
+
+  /// As at(), from the tiles in memory alone: an answer that wants another one is kPending, and the
+  /// tile is loaded by a thread of the field, so that asking again later will do. For control loops
+  /// that cannot wait for a disk.
+  void try_at(std::span<const Vector3> points_world, std::span<FieldSample> samples) const;
+  /// Loads, on that thread and in this order, the tiles that answer these points, while the caller
+  /// goes on: for where a robot is going to be. More than the cache holds push each other out.
+  void prefetch(std::span<const Vector3> points_world) const;
+
+  /// Drops the tiles that changed in the map since they were loaded and reads the list of occupied
+  /// cubes again; returns the number of tiles dropped. Queries that begin afterwards answer from
+  /// the map as it was when this was called, or newer. May run beside queries.
+  /// @throws Error kIo or kCorrupt when the source cannot be read; nothing has changed then but
+  ///         tiles that were dropped
+  std::size_t refresh();
+
   [[nodiscard]] TileCacheStatistics statistics() const;
 
  private:
   struct Impl;
   std::unique_ptr<Impl> impl_;
 };
+
+}  // namespace gdfmap
+
+/// Makes `auto [distance, gradient, status, expected_error] = sample` independent of the members
+/// that come behind those.
+template <>
+struct std::tuple_size<gdfmap::FieldSample> : std::integral_constant<std::size_t, 4> {};
+template <std::size_t I>
+struct std::tuple_element<I, gdfmap::FieldSample> {
+  using type =
+      std::tuple_element_t<I, std::tuple<double, gdfmap::Vector3, gdfmap::FieldStatus, double>>;
+};
+
+namespace gdfmap {
+
+template <std::size_t I>
+[[nodiscard]] constexpr const auto& get(const FieldSample& sample) {
+  if constexpr (I == 0)
+    return sample.distance;
+  else if constexpr (I == 1)
+    return sample.gradient;
+  else if constexpr (I == 2)
+    return sample.status;
+  else
+    return sample.expected_error;
+}
+template <std::size_t I>
+[[nodiscard]] constexpr auto& get(FieldSample& sample) {
+  return const_cast<std::tuple_element_t<I, FieldSample>&>(
+      get<I>(static_cast<const FieldSample&>(sample)));
+}
 
 }  // namespace gdfmap
