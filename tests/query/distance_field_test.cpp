@@ -261,6 +261,57 @@ TEST(DistanceField, UnknownErrorOfACubeLeavesTheExpectedErrorUnknown) {
   EXPECT_TRUE(std::isnan(sample.expected_error));
 }
 
+TEST(DistanceField, ErrorBoundIsWeightedAsTheCubesContribute) {
+  const FieldBuilder builder =
+      FieldBuilder({1.0, 0.25, 2})
+          .add({0, 0, 1, 1}, constant_gaussians(3.0f), CubeStatus::kFitted, 0.5f)
+          .add({1, 0, 0, 0}, constant_gaussians(3.0f), CubeStatus::kFitted, 0.25f);
+  const DistanceField field(builder.source(), kExact);
+  // The builder records twice the mean error as the largest.
+  const FieldSample sample = field.at({1.0, 1.5, 1.5});
+  EXPECT_NEAR(sample.error_bound, 0.75, 1e-12);
+  EXPECT_NEAR(sample.conservative_distance(), 3.0 - FieldSample::kSafetyFactor * 0.75, 1e-7);
+}
+
+TEST(DistanceField, ConservativeDistanceIsTheFarBoundWhereThatIsAlone) {
+  const FieldBuilder builder =
+      FieldBuilder({}).add({0, 0, 0, 0}, constant_gaussians(0.1f)).occupy({0, 0, 0, 0});
+  const FieldSample sample = DistanceField(builder.source()).at({-6.0, 0.5, 0.5});
+  EXPECT_EQ(sample.status, FieldStatus::kFar);
+  EXPECT_EQ(sample.error_bound, 0.0);
+  EXPECT_NEAR(sample.conservative_distance(), 6.0, 1e-12);
+}
+
+TEST(DistanceField, ConservativeDistancePassesNoCheckWhereTheBoundIsNotKnown) {
+  const float unknown = std::numeric_limits<float>::quiet_NaN();
+  const FieldBuilder builder =
+      FieldBuilder({}).add({0, 0, 0, 0}, constant_gaussians(1.0f), CubeStatus::kFitted, unknown);
+  const DistanceField field(builder.source());
+  for (const Vector3& p : {Vector3(0.5, 0.5, 0.5), Vector3(9.0, 0.5, 0.5)}) {
+    const FieldSample sample = field.at(p);
+    EXPECT_FALSE(sample.conservative_distance() > 0.0);
+    double alone = 0.0;
+    field.conservative_distances(std::span(&p, 1), std::span(&alone, 1));
+    EXPECT_TRUE(std::isnan(alone));
+  }
+}
+
+TEST(DistanceField, ConservativeDistanceIsNeverNegative) {
+  const FieldBuilder builder =
+      FieldBuilder({}).add({0, 0, 0, 0}, constant_gaussians(0.1f), CubeStatus::kFitted, 0.5f);
+  EXPECT_EQ(DistanceField(builder.source()).at({0.5, 0.5, 0.5}).conservative_distance(), 0.0);
+}
+
+TEST(DistanceField, SamplesBindTheirFirstFourMembers) {
+  FieldSample sample{1.0, Vector3::UnitX(), FieldStatus::kFine, 0.5, 2.0};
+  auto& [distance, gradient, status, expected_error] = sample;
+  distance = 3.0;
+  EXPECT_EQ(sample.distance, 3.0);
+  EXPECT_EQ(gradient, Vector3::UnitX());
+  EXPECT_EQ(status, FieldStatus::kFine);
+  EXPECT_EQ(expected_error, 0.5);
+}
+
 TEST(DistanceField, FarAwayItIsALowerBoundThatPointsAwayFromTheNearestBox) {
   const FieldBuilder builder = FieldBuilder({})
                                    .add({0, 0, 0, 0}, constant_gaussians(0.1f))

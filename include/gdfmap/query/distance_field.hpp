@@ -50,17 +50,18 @@ struct FieldSample {
   /// contribute, metres; the far bound contributes no error. NaN where one is not known.
   double error_bound = 0.0;
 
-  /// For collision checks: below the true distance wherever the cubes' errors are within
-  /// kSafetyFactor times their recorded bounds, because the blended error is at most the blended
-  /// bound. NaN, which is less than nothing and more than nothing, where that is not known: test
-  /// `conservative_distance() > radius`. Never negative.
+  /// For collision checks: distance − kSafetyFactor · error_bound, never negative. It is below the
+  /// true distance wherever the cubes' errors stay within kSafetyFactor times those recorded: the
+  /// blended error is then at most the blended bound, and the far bound has none. That is measured,
+  /// not proven (BENCHMARK.md). NaN where nothing is known; `conservative_distance() > radius` is
+  /// false then, as it should be.
   [[nodiscard]] double conservative_distance() const {
     const double d = distance - kSafetyFactor * error_bound;
     return d < 0.0 ? 0.0 : d;
   }
-  /// Held-out samples stand 1/6 of an edge apart: an error may be larger between them, or in a
-  /// cube's margin, than at any of them.
-  static constexpr double kSafetyFactor = 1.0;
+  /// Held-out samples stand 1/6 of an edge apart inside the cube: between them, and in the cube's
+  /// margin, errors may be larger than at any of them.
+  static constexpr double kSafetyFactor = 2.0;
 };
 
 struct DistanceFieldOptions {
