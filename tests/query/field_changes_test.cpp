@@ -183,7 +183,7 @@ TEST_F(Refresh, MayRunBesideQueries) {
     while (!ends) {
       field.at(points, samples);
       const double distance = field.at({0.5, 0.5, 0.5}).distance;
-      EXPECT_TRUE(std::abs(distance - std::round(distance)) < 1e-6) << distance;
+      EXPECT_NEAR(distance, std::round(distance), 1e-5);
     }
   });
   for (int i = 0; i < 20; ++i) {
