@@ -157,6 +157,14 @@ Vector3 parse_point(std::string_view text, const std::string& option) {
   return {v[0], v[1], v[2]};
 }
 
+Ray parse_ray(std::string_view text, const std::string& option) {
+  const std::string need = "a ray X,Y,Z,DX,DY,DZ of finite numbers with a direction";
+  const auto v = parse_numbers(text, 6, option, need);
+  const Ray ray{{v[0], v[1], v[2]}, {v[3], v[4], v[5]}};
+  if (ray.direction_world.isZero(0.0)) fail(option, text, need);
+  return ray;
+}
+
 Box3 parse_box(std::string_view text, const std::string& option) {
   const std::string need = "a box X0,Y0,Z0,X1,Y1,Z1 with its lower corner first";
   const auto v = parse_numbers(text, 6, option, need);

@@ -8,6 +8,7 @@
 #include <gdfmap/core/geometry.hpp>
 #include <gdfmap/core/lattice.hpp>
 #include <gdfmap/query/distance_field.hpp>
+#include <gdfmap/query/path_queries.hpp>
 
 namespace CLI {
 class App;
@@ -74,6 +75,8 @@ void add_blend_option(CLI::App& app, BlendOption& option);
 [[nodiscard]] std::size_t parse_size(std::string_view text, const std::string& option);
 /// "X,Y,Z", finite, metres.
 [[nodiscard]] Vector3 parse_point(std::string_view text, const std::string& option);
+/// "X,Y,Z,DX,DY,DZ", finite, metres; the direction is not zero.
+[[nodiscard]] Ray parse_ray(std::string_view text, const std::string& option);
 /// "X0,Y0,Z0,X1,Y1,Z1", lower corner first, metres.
 [[nodiscard]] Box3 parse_box(std::string_view text, const std::string& option);
 /// "LEVEL,X,Y,Z"

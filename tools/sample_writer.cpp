@@ -149,6 +149,8 @@ const char* status_name(FieldStatus status) {
       return "coarse";
     case FieldStatus::kFar:
       return "far";
+    case FieldStatus::kPending:
+      return "pending";
     case FieldStatus::kUnknown:
       break;
   }

@@ -9,7 +9,7 @@
 
 namespace gdfmap::cli {
 
-/// "fine", "coarse", "far", "unknown"
+/// "fine", "coarse", "far", "unknown", "pending"
 [[nodiscard]] const char* status_name(FieldStatus status);
 
 /// Writes answers of the field to standard output as they come, one row a point: x, y, z, distance,

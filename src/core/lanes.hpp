@@ -2,7 +2,9 @@
 
 // Short vectors, one independent computation per lane, for .cpp files that are compiled once per
 // instruction set. Every operation is exact IEEE arithmetic of its lane alone, with explicit fused
-// multiply-add, so that a lane's result is the same for every width and instruction set.
+// multiply-add, so that a lane's result is the same for every width and instruction set. The one
+// exception is store_sums(), which crosses lanes and is nothing for what must be the same
+// everywhere.
 //
 // Everything here has internal linkage: a function that leaked out of a file compiled for AVX-512
 // could be the copy that the linker keeps for all.
@@ -124,6 +126,19 @@ struct PortableLanes {
   friend PortableLanes select(Mask m, PortableLanes a, PortableLanes b) {
     return from([&](int i) { return m.v[i] ? a.v[i] : b.v[i]; });
   }
+  /// Writes the sums over the lanes of a, b, c and d to p[0] … p[3].
+  friend void store_sums(PortableLanes a, PortableLanes b, PortableLanes c, PortableLanes d,
+                         Scalar* p) {
+    const auto sum = [](const PortableLanes& x) {
+      Scalar total = x.v[0];
+      for (int i = 1; i < Width; ++i) total += x.v[i];
+      return total;
+    };
+    p[0] = sum(a);
+    p[1] = sum(b);
+    p[2] = sum(c);
+    p[3] = sum(d);
+  }
   /// 2ⁿ from a float 1.5 · 2²³ + n, whose low bits are n.
   friend PortableLanes power_of_two(PortableLanes shifted) {
     return from([&](int i) {
@@ -184,6 +199,10 @@ struct Avx2Lanes {
   friend unsigned bits(Mask m) { return static_cast<unsigned>(_mm256_movemask_ps(m.v)); }
   friend Avx2Lanes select(Mask m, Avx2Lanes a, Avx2Lanes b) {
     return Avx2Lanes(_mm256_blendv_ps(b.v, a.v, m.v));
+  }
+  friend void store_sums(Avx2Lanes a, Avx2Lanes b, Avx2Lanes c, Avx2Lanes d, float* p) {
+    const __m256 sums = _mm256_hadd_ps(_mm256_hadd_ps(a.v, b.v), _mm256_hadd_ps(c.v, d.v));
+    _mm_storeu_ps(p, _mm_add_ps(_mm256_castps256_ps128(sums), _mm256_extractf128_ps(sums, 1)));
   }
   friend Avx2Lanes power_of_two(Avx2Lanes shifted) {
     const __m256i bits = _mm256_slli_epi32(_mm256_castps_si256(shifted.v), 23);

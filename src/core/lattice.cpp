@@ -8,23 +8,7 @@ namespace {
 
 constexpr double kMaxSteps = static_cast<double>(kMaxTileCoordinate) * kStepsPerTileAxis;
 
-std::int32_t to_tile(std::int64_t cube) {
-  return static_cast<std::int32_t>(floor_div(cube, kCubesPerTileAxis));
-}
-
-int within_tile(std::int64_t cube) {
-  return static_cast<int>(cube - floor_div(cube, kCubesPerTileAxis) * kCubesPerTileAxis);
-}
-
 }  // namespace
-
-TileKey tile_of(const CubeKey& cube) {
-  return {cube.level, to_tile(cube.x), to_tile(cube.y), to_tile(cube.z)};
-}
-
-int cube_index_in_tile(const CubeKey& cube) {
-  return cube_index(within_tile(cube.x), within_tile(cube.y), within_tile(cube.z));
-}
 
 CubeKey cube_at(const TileKey& tile, int index) {
   const int n = kCubesPerTileAxis;
@@ -61,16 +45,6 @@ std::optional<LatticePoint> Lattice::quantize(const Vector3& p_world) const {
 Vector3 Lattice::to_world(const LatticePoint& p) const {
   return Vector3(static_cast<double>(p.x), static_cast<double>(p.y), static_cast<double>(p.z)) *
          step_;
-}
-
-std::optional<CubeKey> Lattice::cube_containing(const Vector3& p_world, int level) const {
-  const Vector3 cubes = p_world / cube_edge(level);
-  if (!(cubes.cwiseAbs().maxCoeff<Eigen::PropagateNaN>() <
-        static_cast<double>(kMaxTileCoordinate) * kCubesPerTileAxis)) {
-    return std::nullopt;
-  }
-  const auto key = [](double v) { return static_cast<std::int64_t>(std::floor(v)); };
-  return CubeKey{level, key(cubes.x()), key(cubes.y()), key(cubes.z())};
 }
 
 Vector3 Lattice::cube_origin(const CubeKey& cube) const {

@@ -114,6 +114,7 @@ class Evaluator {
         ++result_.num_far;
         return false;
       case FieldStatus::kUnknown:
+      case FieldStatus::kPending:
         break;
     }
     ++result_.num_unknown;

@@ -1,6 +1,11 @@
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <cstdint>
+#include <mutex>
+#include <optional>
 #include <string>
+#include <utility>
 
 #include <gdfmap/core/error.hpp>
 #include <gdfmap/core/parallel.hpp>
@@ -9,6 +14,7 @@
 
 #include "field_evaluator.hpp"
 #include "locality_order.hpp"
+#include "tile_loader.hpp"
 
 namespace gdfmap {
 namespace {
@@ -28,23 +34,92 @@ const Geometry& checked(const Geometry& geometry) {
   return geometry;
 }
 
-FieldModel make_model(TileSource& source, BlendMode blend) {
+/// Keeps the blending band of a model that states no margin from having no width.
+constexpr double kMinMarginRatio = 1e-6;
+
+std::array<double, kMaxLevels> margins_of(const Geometry& geometry, BlendMode blend) {
+  std::array<double, kMaxLevels> margins;
+  for (std::size_t level = 0; level < margins.size(); ++level) {
+    const auto scale = static_cast<double>(level_scale(static_cast<int>(level)));
+    const double edge = scale * geometry.cube_size;
+    margins[level] = std::max(scale * geometry.margin, kMinMarginRatio * edge);
+    if (blend == BlendMode::kPartition) margins[level] = std::min(margins[level], 0.5 * edge);
+  }
+  return margins;
+}
+
+FieldModel make_model(TileSource& source, const DistanceFieldOptions& options) {
   const Geometry& geometry = checked(source.geometry());
-  return {Lattice(geometry.cube_size), geometry, blend,
-          OccupancyIndex(source.occupied(), geometry.cube_size), source.has_cubes()};
+  return {Lattice(geometry.cube_size),
+          geometry,
+          options.blend,
+          options.precision,
+          &field_kernels(options.instruction_set),
+          OccupancyIndex(source.occupied(), geometry.cube_size),
+          source.has_cubes(),
+          margins_of(geometry, options.blend)};
+}
+
+void check_room(std::span<const Vector3> points_world, std::size_t room) {
+  if (points_world.size() == room) return;
+  throw Error(ErrorCode::kUsage, std::to_string(points_world.size()) + " points but room for " +
+                                     std::to_string(room) + " answers");
 }
 
 }  // namespace
 
 struct DistanceField::Impl {
-  Impl(std::shared_ptr<TileSource> source, const DistanceFieldOptions& options)
-      : model(make_model(*source, options.blend)),
-        cache(std::move(source), options.cache_bytes),
+  using Wanted = FieldEvaluator::Wanted;
+
+  Impl(std::shared_ptr<TileSource> tile_source, const DistanceFieldOptions& how)
+      : source(std::move(tile_source)),
+        options(how),
+        model_now(std::make_shared<const FieldModel>(make_model(*source, options))),
+        cache(source, options.cache_bytes),
         num_threads(RunContext{.num_threads = options.num_threads}.threads()) {}
 
-  FieldModel model;
+  /// What a query uses from its beginning to its end, whatever refresh() does meanwhile.
+  [[nodiscard]] std::shared_ptr<const FieldModel> model() const {
+    const std::lock_guard lock(model_mutex);
+    return model_now;
+  }
+
+  /// Made when it is wanted first.
+  [[nodiscard]] TileLoader& loader() {
+    std::call_once(loader_made, [this] { made_loader.emplace(cache); });
+    return *made_loader;
+  }
+
+  /// take(i, answer) for every point, in no order, on several threads.
+  /// @param tile_loader  see FieldEvaluator
+  template <typename Take>
+  void answer(std::span<const Vector3> points_world, Wanted wanted, TileLoader* tile_loader,
+              const Take& take) {
+    const std::shared_ptr<const FieldModel> snapshot = model();
+    for (std::size_t first = 0; first < points_world.size(); first += kMaxOrdered) {
+      const auto part =
+          points_world.subspan(first, std::min(kMaxOrdered, points_world.size() - first));
+      const std::vector<std::uint32_t> order = locality_order(part, snapshot->lattice);
+      const auto answer_chunk = [&](std::size_t chunk) {
+        const std::size_t begin = chunk * kChunk;
+        FieldEvaluator(*snapshot, cache, tile_loader)
+            .at(part, std::span(order).subspan(begin, std::min(kChunk, order.size() - begin)),
+                wanted, [&](std::uint32_t i, const FieldSample& a) { take(first + i, a); });
+      };
+      const std::size_t num_chunks = (order.size() + kChunk - 1) / kChunk;
+      const auto threads = std::min(num_chunks, static_cast<std::size_t>(num_threads));
+      parallel_for(num_chunks, static_cast<int>(threads), answer_chunk);
+    }
+  }
+
+  const std::shared_ptr<TileSource> source;
+  const DistanceFieldOptions options;
+  mutable std::mutex model_mutex;
+  std::shared_ptr<const FieldModel> model_now;  ///< guarded by model_mutex
   TileCache cache;
-  int num_threads;
+  const int num_threads;
+  std::once_flag loader_made;
+  std::optional<TileLoader> made_loader;  ///< behind the cache: it ends first
 };
 
 DistanceField::DistanceField(std::shared_ptr<TileSource> source,
@@ -56,29 +131,58 @@ DistanceField::~DistanceField() = default;
 DistanceField::DistanceField(DistanceField&&) noexcept = default;
 DistanceField& DistanceField::operator=(DistanceField&&) noexcept = default;
 
-const Geometry& DistanceField::geometry() const { return impl_->model.geometry; }
+const Geometry& DistanceField::geometry() const { return impl_->source->geometry(); }
 
 FieldSample DistanceField::at(const Vector3& p_world) const {
-  return FieldEvaluator(impl_->model, impl_->cache).at(p_world);
+  const std::shared_ptr<const FieldModel> model = impl_->model();
+  return FieldEvaluator(*model, impl_->cache).at(p_world);
 }
 
 void DistanceField::at(std::span<const Vector3> points_world,
                        std::span<FieldSample> samples) const {
-  if (points_world.size() != samples.size()) {
-    throw Error(ErrorCode::kUsage, std::to_string(points_world.size()) + " points but room for " +
-                                       std::to_string(samples.size()) + " samples");
+  check_room(points_world, samples.size());
+  impl_->answer(points_world, Impl::Wanted::kValueAndGradient, nullptr,
+                [&](std::size_t i, const FieldSample& answer) { samples[i] = answer; });
+}
+
+void DistanceField::distances(std::span<const Vector3> points_world,
+                              std::span<double> distances) const {
+  check_room(points_world, distances.size());
+  impl_->answer(points_world, Impl::Wanted::kValue, nullptr,
+                [&](std::size_t i, const FieldSample& answer) { distances[i] = answer.distance; });
+}
+
+void DistanceField::conservative_distances(std::span<const Vector3> points_world,
+                                           std::span<double> distances) const {
+  check_room(points_world, distances.size());
+  impl_->answer(points_world, Impl::Wanted::kValue, nullptr,
+                [&](std::size_t i, const FieldSample& answer) {
+                  distances[i] = answer.conservative_distance();
+                });
+}
+
+void DistanceField::try_at(std::span<const Vector3> points_world,
+                           std::span<FieldSample> samples) const {
+  check_room(points_world, samples.size());
+  impl_->answer(points_world, Impl::Wanted::kValueAndGradient, &impl_->loader(),
+                [&](std::size_t i, const FieldSample& answer) { samples[i] = answer; });
+}
+
+void DistanceField::prefetch(std::span<const Vector3> points_world) const {
+  const std::shared_ptr<const FieldModel> model = impl_->model();
+  FieldPlanner planner(*model, impl_->cache, &impl_->loader());
+  for (const Vector3& p_world : points_world) {
+    planner.request_tiles(p_world);
+    planner.release();
   }
-  const std::vector<std::size_t> order = locality_order(points_world, impl_->model.lattice);
-  const std::size_t num_chunks = (order.size() + kChunk - 1) / kChunk;
-  const auto answer_chunk = [&](std::size_t chunk) {
-    FieldEvaluator evaluator(impl_->model, impl_->cache);
-    const std::size_t end = std::min(order.size(), (chunk + 1) * kChunk);
-    for (std::size_t i = chunk * kChunk; i < end; ++i) {
-      samples[order[i]] = evaluator.at(points_world[order[i]]);
-    }
-  };
-  const auto num_threads = std::min(num_chunks, static_cast<std::size_t>(impl_->num_threads));
-  parallel_for(num_chunks, std::max(1, static_cast<int>(num_threads)), answer_chunk);
+}
+
+std::size_t DistanceField::refresh() {
+  auto model = std::make_shared<const FieldModel>(make_model(*impl_->source, impl_->options));
+  const std::size_t num_dropped = impl_->cache.refresh();
+  const std::lock_guard lock(impl_->model_mutex);
+  impl_->model_now = std::move(model);
+  return num_dropped;
 }
 
 TileCacheStatistics DistanceField::statistics() const { return impl_->cache.statistics(); }

@@ -1,50 +1,75 @@
 #pragma once
 
-#include <optional>
+#include <algorithm>
+#include <cstdint>
+#include <span>
+#include <vector>
 
-#include <gdfmap/core/lattice.hpp>
-#include <gdfmap/query/distance_field.hpp>
-#include <gdfmap/query/occupancy_index.hpp>
-
-#include "tile_cursor.hpp"
+#include "field_planner.hpp"
 
 namespace gdfmap {
 
-/// What is the same for all queries of a field. Immutable, shared by its threads.
-struct FieldModel {
-  Lattice lattice;
-  Geometry geometry;
-  BlendMode blend;
-  OccupancyIndex occupancy;
-  bool has_cubes;
-};
-
-/// Answers queries one after the other. Not thread-safe: one for each thread.
+/// Answers queries of one thread, one by one or many together, with the same bits.
 class FieldEvaluator {
  public:
-  /// Both outlive it.
-  FieldEvaluator(const FieldModel& model, TileCache& cache) : model_(model), tiles_(cache) {}
+  /// All outlive it. @param loader  fetches tiles that are not in memory, which are answered with
+  ///                                kPending meanwhile; null: they are waited for
+  FieldEvaluator(const FieldModel& model, TileCache& cache, TileLoader* loader = nullptr);
 
   [[nodiscard]] FieldSample at(const Vector3& p_world);
 
+  /// Answers the points that `order` names, in that order: take(index, answer). With kValue the
+  /// answers have no gradients.
+  enum class Wanted { kValue, kValueAndGradient };
+  template <typename Take>
+  void at(std::span<const Vector3> points_world, std::span<const std::uint32_t> order,
+          Wanted wanted, const Take& take);
+
  private:
-  class Blend;
-  /// Where a cube that can be evaluated is, or null, and whether its tile could be read.
-  struct Found {
-    bool readable = true;
-    const DecodedTile* tile = nullptr;
-    const DecodedTile::Cube* cube = nullptr;
+  /// Points that go to the kernels together: enough that their cubes arrive from memory meanwhile.
+  static constexpr std::size_t kGroupSize = 32;
+  /// At most so many cubes share a point.
+  static constexpr std::size_t kMaxTerms = std::size_t{8} * kMaxLevels;
+  struct Group {
+    FieldSample answers[kGroupSize];
+    std::uint32_t ends[kGroupSize];
+    float values[kGroupSize];
+    float value_gradients[kGroupSize][4];
   };
 
-  [[nodiscard]] std::optional<FieldSample> partition(const Vector3& p_world, const CubeKey& own);
-  [[nodiscard]] std::optional<FieldSample> gdf1(const Vector3& p_world, const CubeKey& own);
-  /// Valid until a cube of another place is asked for, see TileCursor.
-  [[nodiscard]] Found find(const CubeKey& key);
-  [[nodiscard]] bool waits_for_training(const TileKey& tile);
-  [[nodiscard]] bool add_level(const CubeKey& own, const Vector3& p_world, Blend& blend);
+  [[nodiscard]] bool uses_kernels() const {
+    return model_.blend == BlendMode::kPartition && model_.precision == Precision::kFloat;
+  }
+  /// Leaves the cubes' terms behind those in terms_, and returns the rest of the answer.
+  [[nodiscard]] FieldSample plan(const Vector3& p_world);
+  /// Plans the first points of `order` and returns their number.
+  [[nodiscard]] std::size_t plan_group(std::span<const Vector3> points_world,
+                                       std::span<const std::uint32_t> order, Group& group);
+  void evaluate(Group& group, std::size_t count, Wanted wanted) const;
+
+  [[nodiscard]] FieldSample exact(const Vector3& p_world);
+  [[nodiscard]] FieldSample gdf1(const Vector3& p_world);
 
   const FieldModel& model_;
-  TileCursor tiles_;
+  FieldPlanner planner_;
+  std::vector<KernelTerm> terms_;
 };
+
+template <typename Take>
+void FieldEvaluator::at(std::span<const Vector3> points_world, std::span<const std::uint32_t> order,
+                        Wanted wanted, const Take& take) {
+  if (!uses_kernels()) {
+    for (const std::uint32_t i : order) take(i, at(points_world[i]));
+    return;
+  }
+  Group group;
+  terms_.reserve(kGroupSize * kMaxTerms);
+  while (!order.empty()) {
+    const std::size_t count = plan_group(points_world, order, group);
+    evaluate(group, count, wanted);
+    for (std::size_t i = 0; i < count; ++i) take(order[i], group.answers[i]);
+    order = order.subspan(count);
+  }
+}
 
 }  // namespace gdfmap

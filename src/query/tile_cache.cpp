@@ -1,3 +1,6 @@
+#include <utility>
+#include <vector>
+
 #include <gdfmap/core/error.hpp>
 #include <gdfmap/query/tile_cache.hpp>
 
@@ -47,37 +50,100 @@ CachedTile TileCache::get(const TileKey& key) {
   return result.get();
 }
 
+CachedTile TileCache::find(const TileKey& key) {
+  Shard& shard = shard_of(key);
+  const std::lock_guard lock(shard.mutex);
+  const auto found = shard.entries.find(key);
+  if (found == shard.entries.end()) {
+    ++shard.statistics.misses;
+    return {TileAvailability::kPending, nullptr};
+  }
+  ++shard.statistics.hits;
+  shard.by_use.splice(shard.by_use.begin(), shard.by_use, found->second.position);
+  return found->second.tile;
+}
+
 CachedTile TileCache::load(Shard& shard, const TileKey& key) {
-  const CachedTile tile = read(shard, key);
-  insert(shard, key, tile);
+  std::uint64_t num_refreshes = 0;
+  {
+    const std::lock_guard lock(shard.mutex);
+    ++shard.statistics.loads;
+    num_refreshes = shard.num_refreshes;
+  }
+  Entry entry = read(shard, key);
+  CachedTile tile = entry.tile;
+  insert(shard, key, std::move(entry), num_refreshes);
   shrink(shard);
   return tile;
 }
 
-CachedTile TileCache::read(Shard& shard, const TileKey& key) {
-  {
-    const std::lock_guard lock(shard.mutex);
-    ++shard.statistics.loads;
-  }
+TileCache::Entry TileCache::read(Shard& shard, const TileKey& key) {
   try {
+    // The version first: should the tile change in between, it is taken for older than it is.
+    const std::optional<TileVersion> version = source_->version(key);
     const std::optional<TileRecord> record = source_->load(key);
-    if (!record) return {TileAvailability::kAbsent, nullptr};
-    return {TileAvailability::kLoaded, std::make_shared<const DecodedTile>(*record)};
+    if (!record) return {{TileAvailability::kAbsent, nullptr}, version, 0, {}};
+    return {
+        {TileAvailability::kLoaded, std::make_shared<const DecodedTile>(*record)}, version, 0, {}};
   } catch (const Error& error) {
     if (error.code() != ErrorCode::kCorrupt && error.code() != ErrorCode::kIo) throw;
     const std::lock_guard lock(shard.mutex);
     ++shard.statistics.unreadable;
     if (shard.statistics.first_error.empty()) shard.statistics.first_error = error.what();
-    return {TileAvailability::kUnreadable, nullptr};
+    return {{TileAvailability::kUnreadable, nullptr}, std::nullopt, 0, {}};
   }
 }
 
-void TileCache::insert(Shard& shard, const TileKey& key, const CachedTile& tile) {
-  const std::size_t num_bytes = kEntryBytes + (tile.tile ? tile.tile->num_bytes() : 0);
+void TileCache::insert(Shard& shard, const TileKey& key, Entry entry, std::uint64_t num_refreshes) {
+  entry.num_bytes = kEntryBytes + (entry.tile.tile ? entry.tile.tile->num_bytes() : 0);
   const std::lock_guard lock(shard.mutex);
+  if (shard.num_refreshes != num_refreshes) return;
   shard.by_use.push_front(key);
-  shard.entries.emplace(key, Entry{tile, num_bytes, shard.by_use.begin()});
-  num_bytes_ += num_bytes;
+  entry.position = shard.by_use.begin();
+  num_bytes_ += entry.num_bytes;
+  shard.entries.emplace(key, std::move(entry));
+}
+
+std::size_t TileCache::refresh() {
+  std::size_t num_dropped = 0;
+  for (Shard& shard : shards_) num_dropped += refresh(shard);
+  return num_dropped;
+}
+
+std::size_t TileCache::refresh(Shard& shard) {
+  std::vector<std::pair<TileKey, std::optional<TileVersion>>> held;
+  std::size_t num_dropped = 0;
+  {
+    const std::lock_guard lock(shard.mutex);
+    ++shard.num_refreshes;
+    for (auto entry = shard.entries.begin(); entry != shard.entries.end();) {
+      const auto& [key, what] = *entry++;
+      if (what.tile.availability == TileAvailability::kUnreadable) {
+        erase(shard, TileKey(key));
+        ++num_dropped;
+      } else {
+        held.emplace_back(key, what.version);
+      }
+    }
+  }
+  // The source takes its time: queries go on meanwhile.
+  for (const auto& [key, version] : held) {
+    if (source_->version(key) == version) continue;
+    const std::lock_guard lock(shard.mutex);
+    const auto found = shard.entries.find(key);
+    if (found == shard.entries.end() || found->second.version != version) continue;
+    erase(shard, key);
+    ++num_dropped;
+  }
+  return num_dropped;
+}
+
+/// The caller holds the shard's mutex.
+void TileCache::erase(Shard& shard, const TileKey& key) {
+  const auto entry = shard.entries.find(key);
+  num_bytes_ -= entry->second.num_bytes;
+  shard.by_use.erase(entry->second.position);
+  shard.entries.erase(entry);
 }
 
 void TileCache::shrink(Shard& newest) {
@@ -95,10 +161,7 @@ void TileCache::shrink(Shard& newest) {
 void TileCache::evict(Shard& shard, std::size_t num_kept) {
   const std::lock_guard lock(shard.mutex);
   while (num_bytes_ > max_bytes_ && shard.by_use.size() > num_kept) {
-    const auto oldest = shard.entries.find(shard.by_use.back());
-    num_bytes_ -= oldest->second.num_bytes;
-    shard.entries.erase(oldest);
-    shard.by_use.pop_back();
+    erase(shard, TileKey(shard.by_use.back()));
     ++shard.statistics.evictions;
   }
 }

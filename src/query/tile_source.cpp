@@ -30,6 +30,8 @@ std::string cube_name(const CubeKey& key) {
 
 }  // namespace
 
+std::optional<TileVersion> TileSource::version(const TileKey&) { return TileVersion{}; }
+
 /// A connection that one thread uses and then leaves for the next.
 class StoreTileSource::Lease {
  public:
@@ -64,6 +66,12 @@ StoreTileSource::StoreTileSource(const std::filesystem::path& path, const Geomet
 
 std::optional<TileRecord> StoreTileSource::load(const TileKey& key) {
   return Lease(*this)->read(key);
+}
+
+std::optional<TileVersion> StoreTileSource::version(const TileKey& key) {
+  const std::optional<TileState> state = Lease(*this)->find_state(key);
+  if (!state) return std::nullopt;
+  return TileVersion{state->surroundings, state->configuration, state->content};
 }
 
 std::vector<OccupiedTile> StoreTileSource::occupied() { return Lease(*this)->occupied(); }

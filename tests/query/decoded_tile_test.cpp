@@ -29,6 +29,7 @@ TEST(DecodedTile, FindsCubesByTheirIndex) {
   EXPECT_EQ(tile.find(3), nullptr);
   ASSERT_NE(tile.find(0), nullptr);
   EXPECT_EQ(tile.find(0)->mae, 0.5f);
+  EXPECT_EQ(tile.find(0)->max_error, 1.0f);
   EXPECT_EQ(tile.find(1)->status, CubeStatus::kPoor);
   EXPECT_EQ(tile.find_served(1), tile.find(1));
   EXPECT_EQ(tile.find(2)->status, CubeStatus::kFailed);
@@ -51,14 +52,13 @@ TEST(DecodedTile, AlignsRowsAndCubesAndFillsTheGapsWithNothing) {
   const DecodedTile tile(tile_with_every_kind());
   const auto address = [](const float* p) { return reinterpret_cast<std::uintptr_t>(p); };
   for (const int index : {0, 1, 511}) {
-    const DecodedTile::Cube& cube = *tile.find(index);
-    KernelView kernel = tile.kernel(cube);
+    KernelView kernel = tile.kernel(*tile.find(index));
     for (std::size_t row = 0; row < kNumGaussianRows; ++row) {
       EXPECT_EQ(address(kernel.row(row)) % 32, 0u);
-      EXPECT_EQ((address(kernel.row(row)) - cube.first * sizeof(float)) % 64, 0u);
     }
     const double exact = evaluate(kernel, Vector3::Zero());
-    kernel.count = (kernel.count + 7) / 8 * 8;
+    kernel.count = kernel.stride;
+    EXPECT_EQ(kernel.count % 8, 0u);
     EXPECT_EQ(evaluate(kernel, Vector3::Zero()), exact);
   }
 }

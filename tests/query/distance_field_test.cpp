@@ -20,6 +20,9 @@ using test::FieldBuilder;
 using test::random_block;
 using test::random_gaussians;
 
+/// These tests ask for more digits than the fast arithmetic has.
+const DistanceFieldOptions kExact{.precision = Precision::kDouble};
+
 /// The blended field written out: every cube of the block is asked for its weight.
 class Reference {
  public:
@@ -116,7 +119,7 @@ TEST(DistanceField, AnswersWithOneCubeAwayFromItsFaces) {
   const Gaussians gaussians = random_gaussians(8, 1.0, random);
   const FieldBuilder builder =
       FieldBuilder({}).add({0, -3, 4, 0}, gaussians, CubeStatus::kFitted, 0.125f);
-  const DistanceField field(builder.source());
+  const DistanceField field(builder.source(), kExact);
   const Vector3 p_local(0.3, 0.6, 0.5);
   const auto [distance, gradient, status, expected_error] = field.at(Vector3(-3, 4, 0) + p_local);
   const ValueGradient expected = evaluate_with_gradient(Kernel(gaussians).view(), p_local);
@@ -130,7 +133,7 @@ TEST(DistanceField, IsTheMeanOfTwoCubesOnTheirCommonFace) {
   const FieldBuilder builder = FieldBuilder({})
                                    .add({0, -1, 0, 0}, constant_gaussians(1.0f))
                                    .add({0, 0, 0, 0}, constant_gaussians(3.0f));
-  const DistanceField field(builder.source());
+  const DistanceField field(builder.source(), kExact);
   const FieldSample sample = field.at({0.0, 0.5, 0.5});
   EXPECT_NEAR(sample.distance, 2.0, 1e-8);
   EXPECT_NEAR(sample.gradient.x(), (3.0 - 1.0) * 1.5 / 0.5, 1e-7);  // smoothstep'(1/2) = 3/2
@@ -140,7 +143,7 @@ TEST(DistanceField, IsTheMeanOfTwoCubesOnTheirCommonFace) {
 TEST(DistanceField, EqualsThePartitionOfUnityWrittenOut) {
   for (const double cube_size : {1.0, 0.3}) {
     const FieldBuilder builder = random_block(2, 0.3, 7, cube_size);
-    const DistanceField field(builder.source());
+    const DistanceField field(builder.source(), kExact);
     const Reference reference(builder);
     int num_fine = 0, num_coarse = 0;
     for (const Vector3& p : points_of_interest(cube_size, 2.9, 8)) {
@@ -164,7 +167,7 @@ TEST(DistanceField, EqualsThePartitionOfUnityWrittenOut) {
 TEST(DistanceField, IsFineOnFacesAndMarginsOfAWholeBlock) {
   for (const double cube_size : {1.0, 0.3}) {
     const FieldBuilder builder = random_block(1, 0.0, 7, cube_size);
-    const DistanceField field(builder.source());
+    const DistanceField field(builder.source(), kExact);
     for (const Vector3& p : points_of_interest(cube_size, 2.4, 9)) {
       EXPECT_EQ(field.at(p).status, FieldStatus::kFine) << p.transpose();
     }
@@ -173,7 +176,7 @@ TEST(DistanceField, IsFineOnFacesAndMarginsOfAWholeBlock) {
 
 TEST(DistanceField, GradientIsTheDerivativeOfTheDistance) {
   const FieldBuilder builder = random_block(2, 0.3, 11);
-  const DistanceField field(builder.source());
+  const DistanceField field(builder.source(), kExact);
   std::mt19937 random(12);
   std::uniform_real_distribution<double> uniform(-3.5, 3.5);
   for (int i = 0; i < 3000; ++i) {
@@ -188,7 +191,7 @@ TEST(DistanceField, GradientHoldsWhereTheFarBoundBlendsIn) {
   const FieldBuilder builder = FieldBuilder({})
                                    .add({0, 2, -1, 0}, constant_gaussians(0.7f))
                                    .occupy({0, 0, -1, 0});  // one box: a smooth bound
-  const DistanceField field(builder.source());
+  const DistanceField field(builder.source(), kExact);
   std::mt19937 random(13);
   std::uniform_real_distribution<double> uniform(-0.24, 0.24);
   for (int i = 0; i < 500; ++i) {
@@ -202,7 +205,7 @@ TEST(DistanceField, GradientHoldsWhereTheFarBoundBlendsIn) {
 
 TEST(DistanceField, IsContinuouslyDifferentiableAcrossFacesEdgesAndMissingCubes) {
   const FieldBuilder builder = random_block(2, 0.4, 17);
-  const DistanceField field(builder.source());
+  const DistanceField field(builder.source(), kExact);
   std::mt19937 random(18);
   std::uniform_real_distribution<double> uniform(-1.0, 1.0);
   constexpr double kStep = 1e-4;
@@ -229,7 +232,7 @@ TEST(DistanceField, PoorCubesAreServedAndFailedOnesAreNot) {
           .add({0, 0, 0, 0}, constant_gaussians(1.0f), CubeStatus::kPoor, 0.5f)
           .add({0, 1, 0, 0}, {}, CubeStatus::kFailed)
           .add({1, 0, 0, 0}, constant_gaussians(2.0f), CubeStatus::kFitted, 0.75f);
-  const DistanceField field(builder.source());
+  const DistanceField field(builder.source(), kExact);
   const FieldSample poor = field.at({0.5, 0.5, 0.5});
   EXPECT_EQ(poor.status, FieldStatus::kFine);
   EXPECT_EQ(poor.expected_error, 0.5);
@@ -244,7 +247,7 @@ TEST(DistanceField, ExpectedErrorIsWeightedAsTheCubesContribute) {
       FieldBuilder({1.0, 0.25, 2})
           .add({0, 0, 1, 1}, constant_gaussians(1.0f), CubeStatus::kFitted, 0.5f)
           .add({1, 0, 0, 0}, constant_gaussians(1.0f), CubeStatus::kFitted, 0.25f);
-  const DistanceField field(builder.source());
+  const DistanceField field(builder.source(), kExact);
   EXPECT_NEAR(field.at({1.0, 1.5, 1.5}).expected_error, 0.375, 1e-12);  // half and half
   EXPECT_EQ(field.at({1.0, 1.5, 1.5}).status, FieldStatus::kCoarse);
 }
@@ -253,9 +256,60 @@ TEST(DistanceField, UnknownErrorOfACubeLeavesTheExpectedErrorUnknown) {
   const float unknown = std::numeric_limits<float>::quiet_NaN();
   const FieldBuilder builder =
       FieldBuilder({}).add({0, 0, 0, 0}, constant_gaussians(1.0f), CubeStatus::kFitted, unknown);
-  const FieldSample sample = DistanceField(builder.source()).at({0.5, 0.5, 0.5});
+  const FieldSample sample = DistanceField(builder.source(), kExact).at({0.5, 0.5, 0.5});
   EXPECT_EQ(sample.status, FieldStatus::kFine);
   EXPECT_TRUE(std::isnan(sample.expected_error));
+}
+
+TEST(DistanceField, ErrorBoundIsWeightedAsTheCubesContribute) {
+  const FieldBuilder builder =
+      FieldBuilder({1.0, 0.25, 2})
+          .add({0, 0, 1, 1}, constant_gaussians(3.0f), CubeStatus::kFitted, 0.5f)
+          .add({1, 0, 0, 0}, constant_gaussians(3.0f), CubeStatus::kFitted, 0.25f);
+  const DistanceField field(builder.source(), kExact);
+  // The builder records twice the mean error as the largest.
+  const FieldSample sample = field.at({1.0, 1.5, 1.5});
+  EXPECT_NEAR(sample.error_bound, 0.75, 1e-12);
+  EXPECT_NEAR(sample.conservative_distance(), 3.0 - FieldSample::kSafetyFactor * 0.75, 1e-7);
+}
+
+TEST(DistanceField, ConservativeDistanceIsTheFarBoundWhereThatIsAlone) {
+  const FieldBuilder builder =
+      FieldBuilder({}).add({0, 0, 0, 0}, constant_gaussians(0.1f)).occupy({0, 0, 0, 0});
+  const FieldSample sample = DistanceField(builder.source()).at({-6.0, 0.5, 0.5});
+  EXPECT_EQ(sample.status, FieldStatus::kFar);
+  EXPECT_EQ(sample.error_bound, 0.0);
+  EXPECT_NEAR(sample.conservative_distance(), 6.0, 1e-12);
+}
+
+TEST(DistanceField, ConservativeDistancePassesNoCheckWhereTheBoundIsNotKnown) {
+  const float unknown = std::numeric_limits<float>::quiet_NaN();
+  const FieldBuilder builder =
+      FieldBuilder({}).add({0, 0, 0, 0}, constant_gaussians(1.0f), CubeStatus::kFitted, unknown);
+  const DistanceField field(builder.source());
+  for (const Vector3& p : {Vector3(0.5, 0.5, 0.5), Vector3(9.0, 0.5, 0.5)}) {
+    const FieldSample sample = field.at(p);
+    EXPECT_FALSE(sample.conservative_distance() > 0.0);
+    double alone = 0.0;
+    field.conservative_distances(std::span(&p, 1), std::span(&alone, 1));
+    EXPECT_TRUE(std::isnan(alone));
+  }
+}
+
+TEST(DistanceField, ConservativeDistanceIsNeverNegative) {
+  const FieldBuilder builder =
+      FieldBuilder({}).add({0, 0, 0, 0}, constant_gaussians(0.1f), CubeStatus::kFitted, 0.5f);
+  EXPECT_EQ(DistanceField(builder.source()).at({0.5, 0.5, 0.5}).conservative_distance(), 0.0);
+}
+
+TEST(DistanceField, SamplesBindTheirFirstFourMembers) {
+  FieldSample sample{1.0, Vector3::UnitX(), FieldStatus::kFine, 0.5, 2.0};
+  auto& [distance, gradient, status, expected_error] = sample;
+  distance = 3.0;
+  EXPECT_EQ(sample.distance, 3.0);
+  EXPECT_EQ(gradient, Vector3::UnitX());
+  EXPECT_EQ(status, FieldStatus::kFine);
+  EXPECT_EQ(expected_error, 0.5);
 }
 
 TEST(DistanceField, FarAwayItIsALowerBoundThatPointsAwayFromTheNearestBox) {
@@ -263,7 +317,7 @@ TEST(DistanceField, FarAwayItIsALowerBoundThatPointsAwayFromTheNearestBox) {
                                    .add({0, 0, 0, 0}, constant_gaussians(0.1f))
                                    .occupy({0, 0, 0, 0})
                                    .occupy({0, 5, 5, 5});
-  const DistanceField field(builder.source());
+  const DistanceField field(builder.source(), kExact);
   const FieldSample sample = field.at({-6.0, 0.5, -7.0});
   EXPECT_EQ(sample.status, FieldStatus::kFar);
   EXPECT_NEAR(sample.distance, std::hypot(6.0, 7.0), 1e-12);
@@ -283,7 +337,7 @@ TEST(DistanceField, FarAwayItIsALowerBoundThatPointsAwayFromTheNearestBox) {
 TEST(DistanceField, FarBoundInsideAnOccupiedBoxIsZeroWithoutDirection) {
   const FieldBuilder builder =
       FieldBuilder({}).add({0, 0, 0, 0}, {}, CubeStatus::kFailed).occupy({0, 0, 0, 0});
-  const FieldSample sample = DistanceField(builder.source()).at({0.5, 0.5, 0.5});
+  const FieldSample sample = DistanceField(builder.source(), kExact).at({0.5, 0.5, 0.5});
   EXPECT_EQ(sample.status, FieldStatus::kFar);
   EXPECT_EQ(sample.distance, 0.0);
   EXPECT_EQ(sample.gradient, Vector3::Zero());
@@ -291,7 +345,7 @@ TEST(DistanceField, FarBoundInsideAnOccupiedBoxIsZeroWithoutDirection) {
 
 TEST(DistanceField, KnowsNothingWithoutCubes) {
   const FieldBuilder builder = FieldBuilder({}).occupy({0, 0, 0, 0});
-  const DistanceField field(builder.source());
+  const DistanceField field(builder.source(), kExact);
   expect_unknown(field.at({0.5, 0.5, 0.5}));
   expect_unknown(field.at({500.0, 0.5, 0.5}));
 }
@@ -302,7 +356,7 @@ TEST(DistanceField, KnowsNothingWhereATileHoldsPointsAndWaitsForItsCubes) {
                                    .add({1, 2, 0, 0}, constant_gaussians(0.1f))
                                    .occupy({0, 0, 0, 0})
                                    .occupy({0, 8, 0, 0});
-  const DistanceField field(builder.source());
+  const DistanceField field(builder.source(), kExact);
   expect_unknown(field.at({8.5, 0.5, 0.5}));
   expect_unknown(field.at({15.0, 7.0, 7.0}));
   EXPECT_EQ(field.at({16.5, 0.5, 0.5}).status, FieldStatus::kFar);
@@ -311,7 +365,7 @@ TEST(DistanceField, KnowsNothingWhereATileHoldsPointsAndWaitsForItsCubes) {
 
 TEST(DistanceField, KnowsNothingOfPointsThatAreNowhere) {
   const FieldBuilder builder = random_block(1, 0.0, 1);
-  const DistanceField field(builder.source());
+  const DistanceField field(builder.source(), kExact);
   const double nan = std::numeric_limits<double>::quiet_NaN();
   const double infinity = std::numeric_limits<double>::infinity();
   for (const double bad : {nan, infinity, -infinity, 1e300, -1e11}) {
@@ -324,7 +378,7 @@ TEST(DistanceField, KnowsNothingOfPointsThatAreNowhere) {
 
 TEST(DistanceField, NeedsAnOccupiedCubeForAFarBound) {
   const FieldBuilder builder = FieldBuilder({}).add({0, 0, 0, 0}, constant_gaussians(0.1f));
-  const DistanceField field(builder.source());
+  const DistanceField field(builder.source(), kExact);
   EXPECT_EQ(field.at({0.5, 0.5, 0.5}).status, FieldStatus::kFine);
   expect_unknown(field.at({5.5, 0.5, 0.5}));
 }
@@ -335,7 +389,7 @@ TEST(DistanceField, ServesModelsOfAnyMargin) {
                                      .add({0, 0, 0, 0}, constant_gaussians(1.0f))
                                      .add({0, 1, 0, 0}, constant_gaussians(1.0f))
                                      .occupy({0, 0, 0, 0});
-    const DistanceField field(builder.source());
+    const DistanceField field(builder.source(), kExact);
     for (const double x : {0.5, 0.999, 1.0, 1.3}) {
       const FieldSample sample = field.at({x, 0.5, 0.5});
       EXPECT_NEAR(sample.distance, 1.0, 1e-8);

@@ -47,6 +47,7 @@ class FieldBuilder {
     cube.index = cube_index_in_tile(key);
     cube.status = status;
     cube.errors.mae = mae;
+    cube.errors.max = 2.0f * mae;
     if (status == CubeStatus::kFailed) {
       cube.failure = FailureReason::kNotFinite;
     } else {

@@ -30,10 +30,14 @@ class CountingSource : public TileSource {
     builder.add(cube_at(key, 0), test::random_gaussians(1000, 1.0, random));
     return builder.tiles()[0];
   }
+  std::optional<TileVersion> version(const TileKey&) override {
+    return TileVersion{{static_cast<std::uint64_t>(state.load()), 0}, {}, {}};
+  }
   std::vector<OccupiedTile> occupied() override { return {}; }
   bool has_cubes() override { return true; }
 
   std::atomic<int> num_loads = 0;
+  std::atomic<int> state = 0;  ///< of all tiles
   std::function<void()> while_loading;
 };
 
@@ -172,6 +176,44 @@ TEST_F(TileCacheTest, SurvivesManyThreadsUnderPressure) {
   EXPECT_LE(statistics.num_bytes, budget);
   EXPECT_EQ(statistics.hits + statistics.misses, 2000u);
   EXPECT_EQ(statistics.loads, static_cast<std::uint64_t>(source->num_loads) - 1);  // bytes_of_one
+}
+
+TEST_F(TileCacheTest, FindsOnlyWhatIsInMemory) {
+  TileCache cache(source, 1 << 30);
+  EXPECT_EQ(cache.find(tile(1)).availability, TileAvailability::kPending);
+  EXPECT_EQ(source->num_loads, 0);
+  const CachedTile loaded = cache.get(tile(1));
+  EXPECT_EQ(cache.find(tile(1)).tile, loaded.tile);
+  EXPECT_DOUBLE_EQ(cache.statistics().hit_rate(), 1.0 / 3.0);
+}
+
+TEST_F(TileCacheTest, HasNoHitRateBeforeTheFirstLookUp) {
+  EXPECT_EQ(TileCache(source, 1 << 30).statistics().hit_rate(), 0.0);
+}
+
+TEST_F(TileCacheTest, RefreshDropsWhatChangedAndWhatWasUnreadable) {
+  TileCache cache(source, 1 << 30);
+  for (const int x : {1, 2, -1, -2}) static_cast<void>(cache.get(tile(x)));
+  EXPECT_EQ(cache.refresh(), 1u);  // the unreadable one
+  source->state = 1;
+  EXPECT_EQ(cache.refresh(), 3u);
+  EXPECT_EQ(cache.statistics().num_tiles, 0u);
+  EXPECT_EQ(cache.statistics().num_bytes, 0u);
+  static_cast<void>(cache.get(tile(1)));
+  EXPECT_EQ(cache.refresh(), 0u);
+}
+
+TEST_F(TileCacheTest, ALoadThatARefreshOvertookIsNotKept) {
+  TileCache cache(source, 1 << 30);
+  source->while_loading = [&] {
+    source->while_loading = nullptr;
+    source->state = 1;
+    cache.refresh();
+  };
+  EXPECT_EQ(cache.get(tile(1)).availability, TileAvailability::kLoaded);
+  EXPECT_EQ(cache.statistics().num_tiles, 0u);
+  static_cast<void>(cache.get(tile(1)));
+  EXPECT_EQ(source->num_loads, 2);
 }
 
 }  // namespace

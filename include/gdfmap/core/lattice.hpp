@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cmath>
 #include <compare>
 #include <cstddef>
 #include <cstdint>
@@ -58,6 +59,12 @@ inline constexpr std::int64_t kMaxTileCoordinate = std::int64_t{1} << 30;
   return a / b - (a % b < 0 ? 1 : 0);
 }
 
+/// ⌊v⌋ for |v| < 2⁶³, without a call to the library.
+[[nodiscard]] constexpr std::int64_t floor_to_integer(double v) {
+  const auto truncated = static_cast<std::int64_t>(v);
+  return truncated - (v < static_cast<double>(truncated) ? 1 : 0);
+}
+
 /// 4ⁿ.
 [[nodiscard]] constexpr std::int64_t level_scale(int level) {
   return std::int64_t{1} << (2 * level);
@@ -68,8 +75,18 @@ inline constexpr std::int64_t kMaxTileCoordinate = std::int64_t{1} << 30;
   return x + kCubesPerTileAxis * (y + kCubesPerTileAxis * z);
 }
 
-[[nodiscard]] TileKey tile_of(const CubeKey& cube);
-[[nodiscard]] int cube_index_in_tile(const CubeKey& cube);
+[[nodiscard]] constexpr TileKey tile_of(const CubeKey& cube) {
+  const auto tile = [](std::int64_t c) {
+    return static_cast<std::int32_t>(floor_div(c, kCubesPerTileAxis));
+  };
+  return {cube.level, tile(cube.x), tile(cube.y), tile(cube.z)};
+}
+[[nodiscard]] constexpr int cube_index_in_tile(const CubeKey& cube) {
+  const auto within = [](std::int64_t c) {
+    return static_cast<int>(c - floor_div(c, kCubesPerTileAxis) * kCubesPerTileAxis);
+  };
+  return cube_index(within(cube.x), within(cube.y), within(cube.z));
+}
 [[nodiscard]] CubeKey cube_at(const TileKey& tile, int index);
 
 /// Rounds world coordinates (double, metres) to the world lattice and back. The lattice is anchored
@@ -94,7 +111,16 @@ class Lattice {
 
   /// The cube of `level` that holds a world point; empty as for quantize. Not rounded to the
   /// lattice: for queries, where quantize-then-split is for points.
-  [[nodiscard]] std::optional<CubeKey> cube_containing(const Vector3& p_world, int level) const;
+  [[nodiscard]] std::optional<CubeKey> cube_containing(const Vector3& p_world, int level) const {
+    const Vector3 cubes = p_world / cube_edge(level);
+    constexpr double kEnd = static_cast<double>(kMaxTileCoordinate) * kCubesPerTileAxis;
+    // NaN fails every comparison.
+    if (!(std::abs(cubes.x()) < kEnd && std::abs(cubes.y()) < kEnd && std::abs(cubes.z()) < kEnd)) {
+      return std::nullopt;
+    }
+    return CubeKey{level, floor_to_integer(cubes.x()), floor_to_integer(cubes.y()),
+                   floor_to_integer(cubes.z())};
+  }
 
   [[nodiscard]] Vector3 cube_origin(const CubeKey& cube) const;
   [[nodiscard]] Box3 cube_box(const CubeKey& cube) const;

@@ -11,18 +11,22 @@
 
 namespace gdfmap {
 
-/// A tile made ready for evaluation: the kernel rows of all its cubes in one structure of arrays.
-/// Rows start on 64 bytes and cubes on 32; the gaps hold Gaussians that are zero everywhere, so
-/// that whole registers can be read. Immutable and thread-safe.
+/// A tile made ready for evaluation: the kernel rows of each of its cubes side by side. Rows start
+/// on 32 bytes and are filled up with Gaussians that are zero everywhere, so that whole registers
+/// can be read. Immutable and thread-safe.
 class DecodedTile {
  public:
   struct Cube {
-    std::uint32_t first = 0;  ///< column of its first Gaussian
-    std::uint32_t count = 0;  ///< number of Gaussians, 0 for a failed cube
+    std::size_t first = 0;     ///< place of its first row
+    std::uint32_t stride = 0;  ///< from row to row: the number of Gaussians, rounded up
+    std::uint32_t count = 0;   ///< number of Gaussians, 0 for a failed cube
     CubeStatus status = CubeStatus::kFailed;
     CubeClass cube_class = CubeClass::kUnknown;
-    float mae = 0.0f;  ///< metres, NaN where unknown
+    float mae = 0.0f;        ///< metres, NaN where unknown
+    float max_error = 0.0f;  ///< metres, NaN where unknown
   };
+  /// Floats in 32 bytes, the unit of strides.
+  static constexpr std::size_t kAlignedFloats = 8;
 
   explicit DecodedTile(const TileRecord& tile);
 
@@ -39,7 +43,7 @@ class DecodedTile {
   }
   /// Valid as long as the tile. Positions are relative to the cube's minimum corner.
   [[nodiscard]] KernelView kernel(const Cube& cube) const {
-    return {data_.get() + cube.first, stride_, cube.count};
+    return {data_.get() + cube.first, cube.stride, cube.count};
   }
   /// What it occupies in memory.
   [[nodiscard]] std::size_t num_bytes() const;
@@ -52,7 +56,7 @@ class DecodedTile {
   std::array<std::int16_t, kCubesPerTile> slots_;  ///< −1: not attempted
   std::vector<Cube> cubes_;
   std::unique_ptr<float[], Free> data_;
-  std::size_t stride_ = 0;
+  std::size_t num_floats_ = 0;
 };
 
 }  // namespace gdfmap

@@ -3,8 +3,11 @@
 #include <cstddef>
 #include <memory>
 #include <span>
+#include <tuple>
+#include <type_traits>
 
 #include <gdfmap/core/geometry.hpp>
+#include <gdfmap/core/instruction_set.hpp>
 #include <gdfmap/map/map.hpp>
 #include <gdfmap/query/tile_cache.hpp>
 #include <gdfmap/query/tile_source.hpp>
@@ -16,7 +19,8 @@ enum class FieldStatus {
   kFine,    ///< cubes of level 0 alone
   kCoarse,  ///< a coarser level contributes
   kFar,  ///< the distance to the nearest occupied cube contributes: a lower bound where it is alone
-  kUnknown  ///< nothing is known: distance, gradient and expected error are NaN
+  kUnknown,  ///< nothing is known: all that is measured is NaN
+  kPending   ///< of try_at() alone: a tile is on its way, all that is measured is NaN
 };
 
 /// How cubes that share a point are combined.
@@ -25,7 +29,16 @@ enum class BlendMode {
   kGdf1  ///< as G-EDF's evaluator does it: level 0 alone, gradient without the weights' derivative
 };
 
-/// An answer of the field: `auto [distance, gradient, status, expected_error] = field.at(p);`
+/// The arithmetic of kPartition's answers; kGdf1 has double precision alone.
+enum class Precision {
+  /// Vector instructions of the machine, chosen at run time: distances within 1e-5 of the coarsest
+  /// contributing cube's edge of kDouble's, the same for one point and for many.
+  kFloat,
+  kDouble  ///< the reference, many times slower
+};
+
+/// An answer of the field: `auto [distance, gradient, status, expected_error] = field.at(p);` binds
+/// its first four members.
 struct FieldSample {
   double distance = 0.0;               ///< to the nearest point, metres
   Vector3 gradient = Vector3::Zero();  ///< of the distance, world frame, no unit
@@ -33,12 +46,31 @@ struct FieldSample {
   /// Mean absolute error of the contributing cubes at their held-out samples, weighted as they
   /// contribute, metres. NaN where no cube contributes or one's error is not known.
   double expected_error = 0.0;
+  /// Largest error of the contributing cubes at their held-out samples, weighted as they
+  /// contribute, metres; the far bound contributes no error. NaN where one is not known.
+  double error_bound = 0.0;
+
+  /// For collision checks: distance − kSafetyFactor · error_bound, never negative. It is below the
+  /// true distance wherever the cubes' errors stay within kSafetyFactor times those recorded: the
+  /// blended error is then at most the blended bound, and the far bound has none. That is measured,
+  /// not proven (BENCHMARK.md). NaN where nothing is known; `conservative_distance() > radius` is
+  /// false then, as it should be.
+  [[nodiscard]] double conservative_distance() const {
+    const double d = distance - kSafetyFactor * error_bound;
+    return d < 0.0 ? 0.0 : d;
+  }
+  /// Held-out samples stand 1/6 of an edge apart inside the cube: between them, and in the cube's
+  /// margin, errors may be larger than at any of them.
+  static constexpr double kSafetyFactor = 2.0;
 };
 
 struct DistanceFieldOptions {
   std::size_t cache_bytes = std::size_t{256} << 20;  ///< of decoded tiles
   BlendMode blend = BlendMode::kPartition;
   int num_threads = 0;  ///< of a batch; 0: one per core
+  Precision precision = Precision::kFloat;
+  /// For kFloat; must be supported.
+  InstructionSet instruction_set = best_instruction_set();
 };
 
 /// The distance field of a map, continuous over all of space. Answers depend on the tiles alone,
@@ -50,12 +82,12 @@ struct DistanceFieldOptions {
 /// far bound is needed and no cube is occupied. With kGdf1 it is kUnknown wherever no cube
 /// contributes, else kFine.
 ///
-/// Beside cache_bytes, running queries hold at most 8 tiles for each level and thread.
+/// Beside cache_bytes, running queries hold at most 24 tiles for each level and thread.
 class DistanceField {
  public:
   /// @throws Error kUsage for a geometry that cannot be used; kIo or kCorrupt when the source's
-  /// list of
-  ///         occupied tiles cannot be read.
+  /// list
+  ///         of occupied tiles cannot be read.
   explicit DistanceField(std::shared_ptr<TileSource> source,
                          const DistanceFieldOptions& options = {});
   /// Of a map as it stands; reads its cubes.db through connections of its own.
@@ -68,9 +100,31 @@ class DistanceField {
 
   /// Never throws for what a map holds.
   [[nodiscard]] FieldSample at(const Vector3& p_world) const;
-  /// The same for many points, in parallel and grouped by tile. samples[i] answers points_world[i].
-  /// @throws Error kUsage when the spans differ in length.
+  /// The same for many points, in parallel and ordered by cube. samples[i] answers points_world[i].
+  /// Takes 32 MiB at most, however many they are. @throws Error kUsage when the spans differ in
+  /// length.
   void at(std::span<const Vector3> points_world, std::span<FieldSample> samples) const;
+  /// The distances alone, which takes less time; not-a-number where nothing is known.
+  void distances(std::span<const Vector3> points_world, std::span<double> distances) const;
+
+  /// Of each the conservative_distance(), which is no less quick than distances().
+  void conservative_distances(std::span<const Vector3> points_world,
+                              std::span<double> distances) const;
+
+  /// As at(), from the tiles in memory alone: an answer that wants another one is kPending, and the
+  /// tile is loaded by a thread of the field, so that asking again later will do. For control loops
+  /// that cannot wait for a disk.
+  void try_at(std::span<const Vector3> points_world, std::span<FieldSample> samples) const;
+  /// Loads, on that thread and in this order, the tiles that answer these points, while the caller
+  /// goes on: for where a robot is going to be. More than the cache holds push each other out.
+  void prefetch(std::span<const Vector3> points_world) const;
+
+  /// Drops the tiles that changed in the map since they were loaded and reads the list of occupied
+  /// cubes again; returns the number of tiles dropped. Queries that begin afterwards answer from
+  /// the map as it was when this was called, or newer. May run beside queries.
+  /// @throws Error kIo or kCorrupt when the source cannot be read; nothing has changed then but
+  ///         tiles that were dropped
+  std::size_t refresh();
 
   [[nodiscard]] TileCacheStatistics statistics() const;
 
@@ -78,5 +132,36 @@ class DistanceField {
   struct Impl;
   std::unique_ptr<Impl> impl_;
 };
+
+}  // namespace gdfmap
+
+/// Makes `auto [distance, gradient, status, expected_error] = sample` independent of the members
+/// that come behind those.
+template <>
+struct std::tuple_size<gdfmap::FieldSample> : std::integral_constant<std::size_t, 4> {};
+template <std::size_t I>
+struct std::tuple_element<I, gdfmap::FieldSample> {
+  using type =
+      std::tuple_element_t<I, std::tuple<double, gdfmap::Vector3, gdfmap::FieldStatus, double>>;
+};
+
+namespace gdfmap {
+
+template <std::size_t I>
+[[nodiscard]] constexpr const auto& get(const FieldSample& sample) {
+  if constexpr (I == 0)
+    return sample.distance;
+  else if constexpr (I == 1)
+    return sample.gradient;
+  else if constexpr (I == 2)
+    return sample.status;
+  else
+    return sample.expected_error;
+}
+template <std::size_t I>
+[[nodiscard]] constexpr auto& get(FieldSample& sample) {
+  return const_cast<std::tuple_element_t<I, FieldSample>&>(
+      get<I>(static_cast<const FieldSample&>(sample)));
+}
 
 }  // namespace gdfmap

@@ -17,6 +17,12 @@
 
 namespace gdfmap {
 
+/// What tells one state of a stored tile from another.
+struct TileVersion {
+  Digest surroundings, configuration, content;  ///< see TileState
+  bool operator==(const TileVersion&) const = default;
+};
+
 /// Where a field's tiles come from. Every member is thread-safe.
 class TileSource {
  public:
@@ -29,6 +35,9 @@ class TileSource {
 
   /// The tile's cubes; empty where nothing is stored. @throws Error kCorrupt or kIo.
   [[nodiscard]] virtual std::optional<TileRecord> load(const TileKey& key) = 0;
+  /// Which state of the tile load() would give; empty where nothing is stored. The base class is a
+  /// source that never changes. @throws Error kCorrupt or kIo.
+  [[nodiscard]] virtual std::optional<TileVersion> version(const TileKey& key);
   /// Level-0 tiles that hold points, each once, in any order. @throws Error kCorrupt or kIo.
   [[nodiscard]] virtual std::vector<OccupiedTile> occupied() = 0;
   /// Whether there is any cube at all. @throws Error kCorrupt or kIo.
@@ -45,6 +54,7 @@ class StoreTileSource : public TileSource {
   StoreTileSource(const std::filesystem::path& path, const Geometry& geometry);
 
   [[nodiscard]] std::optional<TileRecord> load(const TileKey& key) override;
+  [[nodiscard]] std::optional<TileVersion> version(const TileKey& key) override;
   [[nodiscard]] std::vector<OccupiedTile> occupied() override;
   [[nodiscard]] bool has_cubes() override;
 

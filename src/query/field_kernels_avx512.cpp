@@ -1,0 +1,10 @@
+#include "field_kernels_lanes.hpp"
+
+namespace gdfmap::detail {
+
+const FieldKernels& avx512_field_kernels() {
+  static constexpr FieldKernels kernels = FieldArithmetic<Avx2Lanes>::table();
+  return kernels;
+}
+
+}  // namespace gdfmap::detail

@@ -1,0 +1,26 @@
+#pragma once
+
+#include <array>
+
+#include <gdfmap/core/lattice.hpp>
+#include <gdfmap/query/distance_field.hpp>
+#include <gdfmap/query/occupancy_index.hpp>
+
+#include "field_kernels.hpp"
+
+namespace gdfmap {
+
+/// What is the same for all queries of a field. Immutable, shared by its threads.
+struct FieldModel {
+  Lattice lattice;
+  Geometry geometry;
+  BlendMode blend;
+  Precision precision;
+  const FieldKernels* kernels;  ///< of this machine
+  OccupancyIndex occupancy;
+  bool has_cubes;
+  /// Blending margin of each level's cubes, metres.
+  std::array<double, kMaxLevels> margins;
+};
+
+}  // namespace gdfmap
