@@ -18,10 +18,11 @@ namespace {
 
 constexpr Help kHelp = {
     "evaluate", "Compare the field with exact distances",
-    "Without a cloud, a map is compared with its own points. Errors are those of answers that rest "
-    "on cubes; far bounds and unknown answers are counted beside them. --truth compares with an "
-    "analytic scene (see gdfmap synth); samples where the points themselves miss the scene by more "
-    "than 5 mm are set aside and counted.",
+    "Without a cloud, a map is compared with its own points. Samples are spread evenly over levels "
+    "and bands of distance within 30 m and weighted by the space that they stand for. Errors are "
+    "those of answers that rest on cubes; far bounds and unknown answers are counted beside them. "
+    "--truth compares with an analytic scene (see gdfmap synth); samples where the points "
+    "themselves miss the scene by more than 5 mm are set aside and counted.",
     "  gdfmap evaluate city.gdfmap\n"
     "  gdfmap evaluate model.bin city.ply --step 0.1 --blend gdf1\n"
     "  gdfmap evaluate scene.gdfmap --truth city --samples 200000 --json"};
@@ -50,8 +51,7 @@ void run(const Options& options) {
 void add_sampling_options(CLI::App& app, EvaluateOptions& how) {
   CLI::Option* const samples =
       app.add_option("--samples", how.num_samples,
-                     "Number of random samples, uniform over the cubes (default " +
-                         std::to_string(how.num_samples) + ")")
+                     "Number of random samples (default " + std::to_string(how.num_samples) + ")")
           ->option_text("N")
           ->check(CLI::PositiveNumber, "");
   CLI::Option* const seed =
@@ -59,8 +59,8 @@ void add_sampling_options(CLI::App& app, EvaluateOptions& how) {
                      "Which random samples (default " + std::to_string(how.seed) + ")")
           ->option_text("S");
   add_number(app, "--step", how.step, "M", {1e-3, 1e4},
-             "Instead of random samples, those of G-EDF's evaluator: a regular grid in every cube, "
-             "this many metres apart")
+             "Instead of random samples, those of G-EDF's evaluator: a regular grid in every fine "
+             "cube, this many metres apart")
       ->excludes(samples)
       ->excludes(seed);
 }
