@@ -1,11 +1,16 @@
 #include <memory>
+#include <optional>
+#include <span>
 #include <string>
 
 #include <CLI/CLI.hpp>
 #include <nlohmann/json.hpp>
 
 #include <gdfmap/core/error.hpp>
+#include <gdfmap/pipeline/error_map.hpp>
+#include <gdfmap/pipeline/error_plot.hpp>
 #include <gdfmap/pipeline/evaluate.hpp>
+#include <gdfmap/pipeline/field_access.hpp>
 
 #include "commands.hpp"
 #include "evaluation_report.hpp"
@@ -25,7 +30,8 @@ constexpr Help kHelp = {
     "themselves miss the scene by more than 5 mm are set aside and counted.",
     "  gdfmap evaluate city.gdfmap\n"
     "  gdfmap evaluate model.bin city.ply --step 0.1 --blend gdf1\n"
-    "  gdfmap evaluate scene.gdfmap --truth city --samples 200000 --json"};
+    "  gdfmap evaluate scene.gdfmap --truth city --samples 200000 --json\n"
+    "  gdfmap evaluate city.gdfmap --map errors.ply --plot errors.png"};
 
 struct Options {
   CommonOptions common;
@@ -33,6 +39,33 @@ struct Options {
   std::string cloud;
   EvaluateOptions evaluate;
   BlendOption blend;
+  std::string map_file;
+  std::string plot_file;
+};
+
+/// The pictures of an evaluation that were asked for, fed with its samples.
+class Pictures {
+ public:
+  explicit Pictures(const Options& options) : plot_file_(options.plot_file) {
+    if (options.map_file.empty()) return;
+    const double cube_size = open_tile_source(options.path)->geometry().cube_size;
+    map_.emplace(options.map_file, cube_size);
+  }
+
+  [[nodiscard]] bool are_wanted() const { return map_ || !plot_file_.empty(); }
+  void add(std::span<const JudgedSample> samples) {
+    if (map_) map_->add(samples);
+    if (!plot_file_.empty()) plot_.add(samples);
+  }
+  void write() {
+    if (map_) map_->finish();
+    if (!plot_file_.empty()) plot_.write(plot_file_);
+  }
+
+ private:
+  std::optional<ErrorMapWriter> map_;
+  ErrorPlot plot_;
+  std::string plot_file_;
 };
 
 void run(const Options& options) {
@@ -40,7 +73,12 @@ void run(const Options& options) {
   EvaluateOptions how = options.evaluate;
   how.cloud = options.cloud;
   how.blend = options.blend.mode();
+  Pictures pictures(options);
+  if (pictures.are_wanted()) {
+    how.visit = [&](std::span<const JudgedSample> samples) { pictures.add(samples); };
+  }
   const Evaluation evaluation = evaluate(options.path, how, session.context());
+  pictures.write();
   if (session.json()) {
     session.print_json(evaluation_json(evaluation));
   } else {
@@ -84,6 +122,13 @@ Command add_evaluate(CLI::App& program) {
       ->needs(truth);
   add_sampling_options(*app, options->evaluate);
   add_blend_option(*app, options->blend);
+  app->add_option("--map", options->map_file,
+                  "Write the samples as a .ply file, coloured by error, with error, distance, "
+                  "level and status as properties")
+      ->option_text("FILE");
+  app->add_option("--plot", options->plot_file,
+                  "Draw the distribution of the errors, and error against distance, as a .png file")
+      ->option_text("FILE");
   add_common_options(*app, options->common, kThreads | kMemory | kProgress | kJson);
   return {app, [options] { run(*options); }};
 }

@@ -210,6 +210,14 @@ TEST_F(Commands, EvaluateReportsErrorsOfTheFieldAndOfItsParts) {
   EXPECT_TRUE(refuses(2, "evaluate", "", gdfmap({"evaluate", path("model.bin")})));
 }
 
+TEST_F(Commands, EvaluateWritesAMapAndAPlotOfTheErrors) {
+  const std::string map = trained_map();
+  succeed({"evaluate", map, "--samples", "2000", "--map", path("e.ply"), "--plot", path("e.png")});
+  EXPECT_EQ(json_of({"info", path("e.ply")}).at("num_finite"), 2000);
+  EXPECT_EQ(read_file(path("e.png")).substr(1, 3), "PNG");
+  EXPECT_TRUE(refuses(2, "evaluate", "e.las", gdfmap({"evaluate", map, "--map", path("e.las")})));
+}
+
 TEST_F(Commands, EvaluateKnowsTheTruthOfASyntheticScene) {
   succeed({"synth", "plane", path("plane.ply"), "--points", "40000", "--size", "4"});
   succeed({"ingest", path("p.gdfmap"), path("plane.ply")});

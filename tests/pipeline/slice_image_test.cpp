@@ -1,6 +1,5 @@
 #include <algorithm>
 #include <cmath>
-#include <cstring>
 #include <fstream>
 #include <iterator>
 #include <limits>
@@ -8,7 +7,6 @@
 #include <string>
 #include <vector>
 
-#include <cairo.h>
 #include <gtest/gtest.h>
 #include <unistd.h>
 
@@ -21,47 +19,15 @@
 #include "../../src/pipeline/drawing/distance_scale.hpp"
 #include "../../src/pipeline/drawing/layout.hpp"
 #include "../../src/pipeline/drawing/ticks.hpp"
-
-/// fontconfig keeps its parsed configuration until the process ends, which the leak checker
-/// reports.
-extern "C" const char* __lsan_default_suppressions() { return "leak:libfontconfig\n"; }
+#include "picture.hpp"
 
 namespace gdfmap {
 namespace {
 
 using namespace drawing;
+using test::Picture;
 
 constexpr float kNan = std::numeric_limits<float>::quiet_NaN();
-
-/// The pixels of a PNG file.
-class Picture {
- public:
-  explicit Picture(const std::filesystem::path& path)
-      : surface_(cairo_image_surface_create_from_png(path.c_str())) {
-    EXPECT_EQ(cairo_surface_status(surface_), CAIRO_STATUS_SUCCESS);
-  }
-  ~Picture() { cairo_surface_destroy(surface_); }
-  Picture(const Picture&) = delete;
-  Picture& operator=(const Picture&) = delete;
-
-  [[nodiscard]] int width() const { return cairo_image_surface_get_width(surface_); }
-  [[nodiscard]] int height() const { return cairo_image_surface_get_height(surface_); }
-  [[nodiscard]] std::uint32_t pixel(int x, int y) const {
-    const unsigned char* const row =
-        cairo_image_surface_get_data(surface_) +
-        static_cast<std::ptrdiff_t>(y) * cairo_image_surface_get_stride(surface_);
-    std::uint32_t value = 0;
-    std::memcpy(&value, row + 4 * static_cast<std::ptrdiff_t>(x), sizeof(value));
-    return value & 0xffffffu;
-  }
-  [[nodiscard]] Color color(int x, int y) const {
-    const std::uint32_t v = pixel(x, y);
-    return {(v >> 16) / 255.0, (v >> 8 & 255) / 255.0, (v & 255) / 255.0};
-  }
-
- private:
-  cairo_surface_t* surface_;
-};
 
 class SliceImageTest : public ::testing::Test {
  protected:
