@@ -241,6 +241,9 @@ TEST_F(Commands, SliceWritesAPictureAndAnArray) {
   EXPECT_TRUE(
       refuses(2, "slice", "", gdfmap({"slice", map, "--at", "500", "--out", path("m.png")})));
   EXPECT_FALSE(std::filesystem::exists(path("m.png")));
+  succeed({"slice", map, "--at", "-0.1", "--at", "0.3", "--arrows", "--out", path("many.png")});
+  EXPECT_EQ(read_file(path("many_z-0.1.png")).substr(1, 3), "PNG");
+  EXPECT_EQ(read_file(path("many_z0.3.png")).substr(1, 3), "PNG");
 }
 
 TEST_F(Commands, BuildDoesTheAncestorsJobAndThenFindsNothingToDo) {
