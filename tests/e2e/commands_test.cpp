@@ -210,6 +210,14 @@ TEST_F(Commands, EvaluateReportsErrorsOfTheFieldAndOfItsParts) {
   EXPECT_TRUE(refuses(2, "evaluate", "", gdfmap({"evaluate", path("model.bin")})));
 }
 
+TEST_F(Commands, InfoDrawsAMapFromAbove) {
+  const std::string map = trained_map();
+  succeed({"info", map, "--plot", path("above.png")});
+  EXPECT_EQ(read_file(path("above.png")).substr(1, 3), "PNG");
+  EXPECT_TRUE(refuses(2, "info", "scan.ply",
+                      gdfmap({"info", path("scan.ply"), "--plot", path("cloud.png")})));
+}
+
 TEST_F(Commands, EvaluateWritesAMapAndAPlotOfTheErrors) {
   const std::string map = trained_map();
   succeed({"evaluate", map, "--samples", "2000", "--map", path("e.ply"), "--plot", path("e.png")});
