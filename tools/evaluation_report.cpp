@@ -18,6 +18,8 @@ void add_row(Table& table, const std::string& name, const ErrorStatistics& e) {
     row.push_back(fixed(e.gradient_norm_mean, 3));
     row.push_back(fixed(e.gradient_norm_std, 3));
     row.push_back(fixed(e.gradient_angle_mean_deg, 1));
+  }
+  if (e.num_off_axis_gradients > 0) {
     row.push_back(fixed(e.off_axis_norm_mean, 3));
     row.push_back(fixed(e.off_axis_norm_std, 3));
     row.push_back(fixed(e.off_axis_angle_mean_deg, 1));
@@ -59,6 +61,7 @@ nlohmann::ordered_json errors_json(const ErrorStatistics& e) {
           {"gradient_norm_mean", e.gradient_norm_mean},
           {"gradient_norm_std", e.gradient_norm_std},
           {"gradient_angle_mean_deg", e.gradient_angle_mean_deg},
+          {"num_off_axis_gradients", e.num_off_axis_gradients},
           {"off_axis_norm_mean", e.off_axis_norm_mean},
           {"off_axis_norm_std", e.off_axis_norm_std},
           {"off_axis_angle_mean_deg", e.off_axis_angle_mean_deg}};

@@ -21,7 +21,7 @@ namespace {
 /// Of more samples than this only every n-th gradient is judged.
 constexpr std::uint64_t kMaxGradients = 200'000;
 /// What a sample takes at most, in bytes: regular ones, and random ones while they are chosen.
-constexpr std::uint64_t kBytesPerRegular = 100, kBytesPerRandom = 400;
+constexpr std::uint64_t kBytesPerRegular = 100, kBytesPerRandom = 300;
 
 /// The judged cubes of a map or a model, by ascending level; of level 0 alone where the field knows
 /// no other.

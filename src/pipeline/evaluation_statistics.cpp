@@ -100,6 +100,7 @@ void set_gradient_figures(std::span<const JudgedRecord* const> group, ErrorStati
     norm.add(static_cast<double>(gradient.norm), weight);
     angle.add(static_cast<double>(gradient.angle_deg), weight);
     if (!gradient.is_off_axis) continue;
+    ++result.num_off_axis_gradients;
     off_axis_norm.add(static_cast<double>(gradient.norm), weight);
     off_axis_angle.add(static_cast<double>(gradient.angle_deg), weight);
   }

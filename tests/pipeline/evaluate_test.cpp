@@ -57,7 +57,9 @@ TEST_F(EvaluateTest, BandsDivideTheSamplesByTrueDistance) {
   EXPECT_GT(result.bands[1].errors.num_samples, 600u);
   ASSERT_EQ(result.gradient_bands.size(), 2u);
   EXPECT_EQ(result.gradient_bands[0].min_distance, 0.1);
-  EXPECT_GT(result.gradient_bands[0].errors.num_samples, 0u);
+  EXPECT_GT(result.gradient_bands[0].errors.num_off_axis_gradients, 100u);
+  EXPECT_LE(result.gradient_bands[0].errors.num_off_axis_gradients,
+            result.gradient_bands[0].errors.num_gradients);
   EXPECT_GT(result.gradient_bands[0].errors.off_axis_angle_mean_deg, 0.0);
 }
 

@@ -67,6 +67,7 @@ struct ErrorStatistics {
   std::uint64_t num_nan_gradients = 0;
   double gradient_norm_mean = 0.0, gradient_norm_std = 0.0;
   double gradient_angle_mean_deg = 0.0;
+  std::uint64_t num_off_axis_gradients = 0;
   double off_axis_norm_mean = 0.0, off_axis_norm_std = 0.0;
   double off_axis_angle_mean_deg = 0.0;
 };
@@ -124,7 +125,7 @@ inline constexpr double kMaxJudgedDistance = 30.0;
 /// points and the list of cubes. Regular samples (`step`), and those of the ancestor's blending,
 /// lie in cubes of level 0 alone.
 ///
-/// Out of core, but for at most 400 bytes a sample; a cloud other than the map's own is first
+/// Out of core, but for at most 300 bytes a sample; a cloud other than the map's own is first
 /// ingested into a temporary store in the system's directory for temporary files.
 /// @throws Error kUsage when there is nothing to compare with, or for more samples than half the
 ///         memory budget holds; what the parts throw.
