@@ -9,7 +9,9 @@
 #include <CLI/CLI.hpp>
 #include <nlohmann/json.hpp>
 
+#include <gdfmap/core/error.hpp>
 #include <gdfmap/io/point_reader.hpp>
+#include <gdfmap/pipeline/map_plot.hpp>
 
 #include "commands.hpp"
 #include "info_report.hpp"
@@ -25,7 +27,7 @@ constexpr Help kHelp = {
     "takes. A GDF1 or CSV model: its header and counts. A point cloud: its format, the number of "
     "points that it declares and of those that are finite, and their bounds; the whole file is "
     "read.",
-    "  gdfmap info city.gdfmap\n"
+    "  gdfmap info city.gdfmap --plot above.png\n"
     "  gdfmap info city.bin --json\n"
     "  gdfmap info scan.las"};
 
@@ -34,6 +36,7 @@ constexpr std::size_t kPointsPerBatch = std::size_t{1} << 16;
 struct Options {
   CommonOptions common;
   std::string path;
+  std::string plot_file;
 };
 
 enum class Kind { kMap, kModel, kCloud };
@@ -86,9 +89,14 @@ void print(Session& session, const auto& view) {
 
 void run(const Options& options) {
   Session session(options.common, OnSignal::kEnd);
-  switch (kind_of(options.path)) {
+  const Kind kind = kind_of(options.path);
+  if (kind != Kind::kMap && !options.plot_file.empty()) {
+    throw Error(ErrorCode::kUsage, options.path + " is no map: --plot draws maps alone");
+  }
+  switch (kind) {
     case Kind::kMap: {
       Map map = Map::open(options.path, Access::kRead, session.context());
+      if (!options.plot_file.empty()) draw_from_above(look_from_above(map), options.plot_file);
       print(session, look_into_map(map));
       break;
     }
@@ -110,6 +118,10 @@ Command add_info(CLI::App& program) {
                   "What to look into; - is a cloud on "
                   "standard input")
       ->required();
+  app->add_option("--plot", options->plot_file,
+                  "Draw the map from above as a .png file: points per tile, and what is trained, "
+                  "stale or poor")
+      ->option_text("FILE");
   add_common_options(*app, options->common, kMemory | kJson);
   return {app, [options] { run(*options); }};
 }

@@ -15,11 +15,12 @@ namespace gdfmap::cli {
 namespace {
 
 constexpr Help kHelp = {
-    "slice", "Draw the field on a plane as a picture or an array",
-    "Samples the distance on a plane across the map. A .png has a colour map, iso-lines and a "
+    "slice", "Draw the field on planes as pictures or arrays",
+    "Samples the distance on planes across the map. A .png has a colour map, iso-lines and a "
     "legend in metres, and hatches what is unknown; a .npy holds float32 rows upwards, nan where "
     "unknown.",
     "  gdfmap slice city.gdfmap --axis z --at 1.2 --out slice.png\n"
+    "  gdfmap slice city.gdfmap --at 0.5 --at 1.5 --at 3 --arrows --out slice.png\n"
     "  gdfmap slice model.bin --axis x --at -3 --resolution 0.02 --out slice.npy"};
 
 struct Options {
@@ -36,7 +37,7 @@ void run(const Options& options) {
   SliceOptions how = options.slice;
   how.axis = static_cast<Axis>(options.axis.front() - 'x');
   if (!options.region.empty()) how.region = parse_box(options.region, "--region");
-  write_slice(open_trained_source(options.path), how, options.out, session.context());
+  write_slices(open_trained_source(options.path), how, options.out, session.context());
 }
 
 }  // namespace
@@ -50,14 +51,21 @@ Command add_slice(CLI::App& program) {
                   "Axis that the plane stands on: x, y or z; default " + options->axis)
       ->option_text("x|y|z")
       ->check(CLI::IsMember({"x", "y", "z"}));
-  add_number(*app, "--at", options->slice.at, "M", {-1e9, 1e9},
-             "Where the plane cuts the axis, in metres")
+  app->add_option(
+         "--at", options->slice.at,
+         "Where the plane cuts the axis, in metres; may be given several times, for planes "
+         "that share one colour scale, written to FILE with _z1.5 and the like in its name")
+      ->option_text("M")
+      ->check(CLI::Range(-1e9, 1e9))
+      ->expected(1)
+      ->multi_option_policy(CLI::MultiOptionPolicy::TakeAll)
       ->required();
   add_number(*app, "--resolution", options->slice.resolution, "M", {1e-4, 1e4},
              "Metres between samples");
   app->add_option("--region", options->region,
                   "Box in metres, world frame, to draw; default: all cubes")
       ->option_text("X0,Y0,Z0,X1,Y1,Z1");
+  app->add_flag("--arrows", options->slice.arrows, "Draw arrows along the gradient (.png)");
   app->add_option("--out", options->out, "File to write, .png or .npy")
       ->option_text("FILE")
       ->required();

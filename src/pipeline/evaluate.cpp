@@ -1,13 +1,16 @@
-#include <algorithm>
-#include <array>
 #include <cmath>
+#include <limits>
+#include <map>
 #include <memory>
-#include <numbers>
+#include <vector>
 
 #include <gdfmap/core/error.hpp>
 #include <gdfmap/pipeline/evaluate.hpp>
 #include <gdfmap/pipeline/field_access.hpp>
+#include <gdfmap/query/tile_cache.hpp>
 
+#include "evaluation_domain.hpp"
+#include "evaluation_gradients.hpp"
 #include "evaluation_samples.hpp"
 #include "evaluation_statistics.hpp"
 #include "evaluation_truth.hpp"
@@ -15,189 +18,183 @@
 namespace gdfmap {
 namespace {
 
-/// Gradients are judged beyond this distance (metres), as by the ancestor's evaluator.
-constexpr double kLeastGradientDistance = 0.1;
-/// Of more samples than this only every n-th gradient is judged: each takes twelve more distances.
+/// Of more samples than this only every n-th gradient is judged.
 constexpr std::uint64_t kMaxGradients = 200'000;
-/// Half widths of the differences of the exact field, in edges: a narrow one for the true
-/// direction, a wide one whose norm falls short of 1 where the medial axis is near.
-constexpr double kNarrow = 1.0 / 512, kWide = 0.05;
-constexpr double kOffAxisNorm = 0.95;
-/// Limits of the bands, metres; the last one is open in practice (level 0 reaches a few cubes).
-constexpr std::array<double, 6> kBandLimits = {0.0, 0.1, 0.5, 2.0, 10.0, 30.0};
+/// What a sample takes at most, in bytes: regular ones, and random ones while they are chosen.
+constexpr std::uint64_t kBytesPerRegular = 100, kBytesPerRandom = 300;
 
-/// Reads the list of judged cubes of a map or a model.
-std::vector<JudgedTile> list_tiles(Map* map, const std::filesystem::path& model, bool skip_poor) {
-  std::vector<JudgedTile> tiles;
+/// The judged cubes of a map or a model, by ascending level; of level 0 alone where the field knows
+/// no other.
+std::vector<JudgedLevel> list_levels(Map* map, const std::filesystem::path& model,
+                                     BlendMode blend) {
+  const bool is_gdf1 = blend == BlendMode::kGdf1;
+  std::map<int, std::vector<JudgedTile>> tiles;
+  const auto add = [&](const TileRecord& record) {
+    const JudgedTile tile = judged_tile(record, is_gdf1);
+    if (tile.cubes.any()) tiles[record.key.level].push_back(tile);
+  };
   if (map == nullptr) {
-    for (const TileRecord& record : tiles_of_model(read_model(model).cubes)) {
-      add_judged_tile(record, skip_poor, tiles);
-    }
+    for (const TileRecord& record : tiles_of_model(read_model(model).cubes)) add(record);
   } else {
     std::vector<TileKey> keys;
     map->cubes().for_each_state([&](const TileState& state) {
-      if (state.key.level == 0 && state.num_cubes > 0) keys.push_back(state.key);
+      if (state.num_cubes > 0 && !(is_gdf1 && state.key.level > 0)) keys.push_back(state.key);
     });
     for (const TileKey& key : keys) {
-      if (const auto record = map->cubes().read(key)) add_judged_tile(*record, skip_poor, tiles);
+      if (const auto record = map->cubes().read(key)) add(*record);
     }
   }
-  mark_outer_shell(tiles);
-  return tiles;
+  std::vector<JudgedLevel> levels;
+  for (auto& [level, list] : tiles) levels.emplace_back(level, std::move(list));
+  if (levels.empty() || levels.front().level() != 0) {
+    throw Error(ErrorCode::kUsage, model.string() + " has no cubes: train it first");
+  }
+  return levels;
 }
 
-class Evaluator {
+/// Evaluates single cubes, without their neighbours.
+class OwnCube {
  public:
-  Evaluator(const DistanceField& field, const Lattice& lattice, EvaluationTruth& truth,
-            std::uint64_t gradient_stride)
-      : field_(field), lattice_(lattice), truth_(truth), gradient_stride_(gradient_stride) {}
+  OwnCube(std::shared_ptr<TileSource> source, const Lattice& lattice, std::size_t cache_bytes)
+      : tiles_(std::move(source), cache_bytes), lattice_(lattice) {}
 
-  void judge(const JudgedTile& tile, std::span<const JudgedSample> samples) {
-    if (samples.empty()) return;
-    std::vector<Vector3> points;
-    std::vector<Eigen::Vector3i> places;
-    for (const JudgedSample& sample : samples) {
-      points.push_back(sample.p_world);
-      places.push_back(sample.p_tile);
-    }
-    std::vector<FieldSample> answers(samples.size());
-    field_.at(points, answers);
-    const LatticePoint origin = tile_origin(tile.key);
-    const std::vector<double> distances = truth_.distances(origin, places);
-    const std::vector<bool> told = truth_.is_told_by_points(origin, places, distances);
-    const std::vector<std::optional<GradientJudgement>> gradients =
-        judge_gradients(origin, places, distances, answers);
-    const CubeMask populated = truth_.populated(tile.key).value_or(tile.populated);
-
-    for (std::size_t i = 0; i < samples.size(); ++i) {
-      if (!told[i]) {
-        ++result_.num_set_aside;
-        continue;
-      }
-      if (!count_status(answers[i].status)) continue;
-      const double error = std::abs(answers[i].distance - distances[i]);
-      all_.add(error, gradients[i]);
-      (populated.test(samples[i].cube) ? populated_ : empty_).add(error, gradients[i]);
-      if (tile.outer_shell.test(samples[i].cube)) outer_shell_.add(error, gradients[i]);
-      if (StatisticsCollector* band = band_of(distances[i])) band->add(error, gradients[i]);
-      expected_error_sum_ += answers[i].expected_error;
-    }
-  }
-
-  [[nodiscard]] Evaluation result() const {
-    Evaluation result = result_;
-    result.all = all_.statistics();
-    result.populated = populated_.statistics();
-    result.empty = empty_.statistics();
-    result.outer_shell = outer_shell_.statistics();
-    for (std::size_t i = 0; i < bands_.size(); ++i) {
-      result.bands.push_back({kBandLimits[i], kBandLimits[i + 1], bands_[i].statistics()});
-    }
-    if (result.all.num_samples > 0) {
-      result.mean_expected_error =
-          expected_error_sum_ / static_cast<double>(result.all.num_samples);
-    }
-    return result;
+  /// |d̂ − d| of the cube that holds the sample; NaN where it cannot be read.
+  [[nodiscard]] double error(const EvaluationSample& sample) {
+    const CubeKey key = cube_at_level(sample.p, sample.level);
+    const CachedTile tile = tiles_.get(tile_of(key));
+    const DecodedTile::Cube* const cube =
+        tile.tile ? tile.tile->find_served(cube_index_in_tile(key)) : nullptr;
+    if (cube == nullptr) return std::numeric_limits<double>::quiet_NaN();
+    const Vector3 p_local = sample.p_world - lattice_.cube_origin(key);
+    return std::abs(gdfmap::evaluate(tile.tile->kernel(*cube), p_local) - sample.distance);
   }
 
  private:
-  /// Counts an answer; true when it states a distance rather than a bound or nothing.
-  bool count_status(FieldStatus status) {
-    switch (status) {
-      case FieldStatus::kFine:
-        ++result_.num_fine;
-        return true;
-      case FieldStatus::kCoarse:
-        ++result_.num_coarse;
-        return true;
-      case FieldStatus::kFar:
-        ++result_.num_far;
-        return false;
-      case FieldStatus::kUnknown:
-      case FieldStatus::kPending:
-        break;
-    }
-    ++result_.num_unknown;
-    return false;
-  }
-
-  [[nodiscard]] StatisticsCollector* band_of(double distance) {
-    const auto limit = std::upper_bound(kBandLimits.begin(), kBandLimits.end(), distance);
-    if (limit == kBandLimits.end()) return nullptr;
-    return &bands_[static_cast<std::size_t>(limit - kBandLimits.begin() - 1)];
-  }
-
-  /// Central differences of the true distance over ± `half_width` edges at each place.
-  [[nodiscard]] std::vector<Vector3> true_gradients(const LatticePoint& origin,
-                                                    std::span<const Eigen::Vector3i> places,
-                                                    double half_width) {
-    const int h = static_cast<int>(half_width * kStepsPerCubeAxis);
-    std::vector<Eigen::Vector3i> around;
-    for (const Eigen::Vector3i& place : places) {
-      for (int a = 0; a < 3; ++a) {
-        around.push_back(place + h * Eigen::Vector3i::Unit(a));
-        around.push_back(place - h * Eigen::Vector3i::Unit(a));
-      }
-    }
-    const std::vector<double> distances = truth_.distances(origin, around);
-    std::vector<Vector3> gradients(places.size());
-    for (std::size_t i = 0; i < places.size(); ++i) {
-      for (std::size_t a = 0; a < 3; ++a) {
-        gradients[i][static_cast<Eigen::Index>(a)] =
-            (distances[6 * i + 2 * a] - distances[6 * i + 2 * a + 1]) / (2 * h * lattice_.step());
-      }
-    }
-    return gradients;
-  }
-
-  [[nodiscard]] std::vector<std::optional<GradientJudgement>> judge_gradients(
-      const LatticePoint& origin, std::span<const Eigen::Vector3i> places,
-      std::span<const double> distances, std::span<const FieldSample> answers) {
-    std::vector<std::size_t> judged;
-    std::vector<Eigen::Vector3i> judged_places;
-    for (std::size_t i = 0; i < places.size(); ++i) {
-      if (num_samples_++ % gradient_stride_ != 0 || distances[i] <= kLeastGradientDistance)
-        continue;
-      judged.push_back(i);
-      judged_places.push_back(places[i]);
-    }
-    const std::vector<Vector3> narrow = true_gradients(origin, judged_places, kNarrow);
-    const std::vector<Vector3> wide = true_gradients(origin, judged_places, kWide);
-    std::vector<std::optional<GradientJudgement>> result(places.size());
-    for (std::size_t j = 0; j < judged.size(); ++j) {
-      const Vector3& gradient = answers[judged[j]].gradient;
-      GradientJudgement judgement;
-      judgement.is_nan = !gradient.allFinite();
-      judgement.norm = gradient.norm();
-      judgement.angle_deg = std::atan2(gradient.cross(narrow[j]).norm(), gradient.dot(narrow[j])) *
-                            180.0 / std::numbers::pi;
-      judgement.off_axis = wide[j].norm() >= kOffAxisNorm;
-      result[judged[j]] = judgement;
-    }
-    return result;
-  }
-
-  const DistanceField& field_;
+  TileCache tiles_;
   const Lattice& lattice_;
-  EvaluationTruth& truth_;
-  std::uint64_t gradient_stride_;
-  std::uint64_t num_samples_ = 0;
-  Evaluation result_;
-  StatisticsCollector all_, populated_, empty_, outer_shell_;
-  std::array<StatisticsCollector, kBandLimits.size() - 1> bands_;
-  double expected_error_sum_ = 0.0;
 };
+
+/// What samples are judged with.
+struct Judge {
+  const DistanceField& field;
+  const JudgedLevel& level0;
+  EvaluationTruth& truth;
+  OwnCube own_cube;
+  GradientJudge gradients;
+  const EvaluateOptions& options;
+  std::vector<JudgedRecord> records = {};
+  std::uint64_t num_set_aside = 0;
+
+  void judge(std::span<const EvaluationSample> samples);
+
+ private:
+  [[nodiscard]] std::vector<FieldSample> ask(std::span<const EvaluationSample> samples) const;
+  [[nodiscard]] std::vector<bool> are_told(std::span<const EvaluationSample> samples) const;
+  [[nodiscard]] JudgedRecord record_of(const EvaluationSample& sample, const JudgedSample& judged,
+                                       const GradientJudgement& gradient);
+  void set_classes(const LatticePoint& p, JudgedRecord& record) const;
+};
+
+std::vector<FieldSample> Judge::ask(std::span<const EvaluationSample> samples) const {
+  std::vector<Vector3> points;
+  for (const EvaluationSample& sample : samples) points.push_back(sample.p_world);
+  std::vector<FieldSample> answers(samples.size());
+  field.at(points, answers);
+  return answers;
+}
+
+std::vector<bool> Judge::are_told(std::span<const EvaluationSample> samples) const {
+  std::vector<LatticePoint> places;
+  std::vector<double> distances;
+  for (const EvaluationSample& sample : samples) {
+    places.push_back(sample.p);
+    distances.push_back(sample.distance);
+  }
+  return truth.is_told_by_points(places, distances);
+}
+
+void Judge::set_classes(const LatticePoint& p, JudgedRecord& record) const {
+  const CubeKey cube = cube_at_level(p, 0);
+  const JudgedTile* const tile = level0.find(tile_of(cube));
+  if (tile == nullptr) return;
+  const int index = cube_index_in_tile(cube);
+  record.is_populated = truth.populated(tile->key).value_or(tile->populated).test(index);
+  record.is_outer_shell = tile->outer_shell.test(index);
+}
+
+JudgedRecord Judge::record_of(const EvaluationSample& sample, const JudgedSample& judged,
+                              const GradientJudgement& gradient) {
+  JudgedRecord record;
+  record.distance = static_cast<float>(sample.distance);
+  record.weight = static_cast<float>(sample.weight);
+  record.level = static_cast<std::int8_t>(sample.level);
+  record.status = judged.answer.status;
+  record.gradient = gradient;
+  if (sample.level == 0) set_classes(sample.p, record);
+  if (!judged.is_stated()) return record;
+  record.error = static_cast<float>(judged.error());
+  record.expected_error = static_cast<float>(judged.answer.expected_error);
+  record.own_cube_error =
+      static_cast<float>(sample.level == kNoLevel ? judged.error() : own_cube.error(sample));
+  return record;
+}
+
+void Judge::judge(std::span<const EvaluationSample> samples) {
+  const std::vector<FieldSample> answers = ask(samples);
+  const std::vector<bool> told = are_told(samples);
+  const std::vector<GradientJudgement> judgements = gradients.judge(samples, answers);
+  std::vector<JudgedSample> judged;
+  for (std::size_t i = 0; i < samples.size(); ++i) {
+    if (!told[i]) {
+      ++num_set_aside;
+      continue;
+    }
+    const EvaluationSample& sample = samples[i];
+    judged.push_back({sample.p_world, sample.distance, sample.weight, sample.level, answers[i]});
+    records.push_back(record_of(sample, judged.back(), judgements[i]));
+  }
+  if (options.visit) options.visit(judged);
+}
 
 void check(const EvaluateOptions& options, double cube_size) {
   if (options.step && !(*options.step >= cube_size / 1000 && *options.step <= cube_size)) {
     throw Error(ErrorCode::kUsage, "step must be between cube_size / 1000 and cube_size");
   }
+  if (options.num_samples == 0) throw Error(ErrorCode::kUsage, "no samples are asked for");
 }
 
-/// Number of regular samples of a cube.
-std::uint64_t samples_per_cube(double step, double edge) {
-  const double per_axis = std::ceil(edge / step - 0.5);
-  return static_cast<std::uint64_t>(per_axis * per_axis * per_axis);
+/// How many samples there will be. @throws Error kUsage when memory does not hold them.
+std::uint64_t count_samples(const EvaluateOptions& options, const JudgedLevel& level0,
+                            const Lattice& lattice, const RunContext& context) {
+  const std::uint64_t count =
+      options.step
+          ? level0.num_cubes() * regular_samples_per_cube(*options.step, lattice.cube_size())
+          : options.num_samples;
+  const std::uint64_t bytes = options.step ? kBytesPerRegular : kBytesPerRandom;
+  if (count > context.memory() / 2 / bytes) {
+    throw Error(ErrorCode::kUsage, std::to_string(count) + " samples need more than half of " +
+                                       std::to_string(context.memory() >> 20) +
+                                       " MiB: take fewer, or allow more memory");
+  }
+  return count;
+}
+
+void judge_regular(Judge& judge, const Lattice& lattice, const RunContext& context) {
+  visit_regular_samples(judge.level0, judge.truth, lattice, *judge.options.step, context,
+                        [&](std::span<const EvaluationSample> piece) { judge.judge(piece); });
+}
+
+void judge_stratified(Judge& judge, const EvaluationDomain& domain, const Lattice& lattice,
+                      const RunContext& context) {
+  visit_stratified_samples(domain, judge.truth, lattice, judge.options.num_samples,
+                           judge.options.seed, context,
+                           [&](std::span<const EvaluationSample> piece) { judge.judge(piece); });
+}
+
+std::vector<int> numbers_of(std::span<const JudgedLevel> levels) {
+  std::vector<int> numbers;
+  for (const JudgedLevel& level : levels) numbers.push_back(level.level());
+  return numbers;
 }
 
 }  // namespace
@@ -211,30 +208,30 @@ Evaluation evaluate(const std::filesystem::path& map_or_model, const EvaluateOpt
   const std::shared_ptr<TileSource> source = open_tile_source(map_or_model);
   const Lattice lattice(source->geometry().cube_size);
   check(options, lattice.cube_size());
-  const std::vector<JudgedTile> tiles =
-      list_tiles(map.get(), map_or_model, options.blend == BlendMode::kGdf1);
-  if (tiles.empty()) {
-    throw Error(ErrorCode::kUsage, map_or_model.string() + " has no cubes: train it first");
-  }
+  const std::vector<JudgedLevel> levels = list_levels(map.get(), map_or_model, options.blend);
+  const std::uint64_t num_samples = count_samples(options, levels.front(), lattice, context);
   EvaluationTruth truth(map.get(), lattice, options, context);
-  const DistanceField field(source, {context.memory() / 4, options.blend, context.threads()});
+  const DistanceField field(source, {context.memory() / 8, options.blend, context.threads()});
 
-  const RandomSampler random(tiles, options.step ? 0 : options.num_samples, options.seed);
-  std::uint64_t num_samples = options.num_samples;
+  Judge judge{field,
+              levels.front(),
+              truth,
+              OwnCube(source, lattice, context.memory() / 16),
+              GradientJudge(truth, num_samples / kMaxGradients + 1),
+              options};
+  judge.records.reserve(num_samples);
   if (options.step) {
-    num_samples = 0;
-    for (const JudgedTile& tile : tiles)
-      num_samples += static_cast<std::uint64_t>(tile.cubes.count());
-    num_samples *= samples_per_cube(*options.step, lattice.cube_size());
+    judge_regular(judge, lattice, context);
+  } else {
+    // The ancestor's blending knows neither other levels nor places outside its cubes.
+    const bool only_level0 = options.blend == BlendMode::kGdf1;
+    const EvaluationDomain domain(
+        levels, only_level0 ? std::vector<OccupiedTile>{} : source->occupied(), lattice);
+    judge_stratified(judge, domain, lattice, context);
   }
-  Evaluator evaluator(field, lattice, truth, num_samples / kMaxGradients + 1);
-  for (std::size_t i = 0; i < tiles.size(); ++i) {
-    context.throw_if_stopped();
-    evaluator.judge(tiles[i], options.step ? regular_samples(tiles[i], *options.step, lattice)
-                                           : random.samples(i, lattice));
-    context.progress({"tiles", i + 1, tiles.size(), {}});
-  }
-  return evaluator.result();
+  Evaluation evaluation = summarize(judge.records, numbers_of(levels));
+  evaluation.num_set_aside = judge.num_set_aside;
+  return evaluation;
 }
 
 }  // namespace gdfmap

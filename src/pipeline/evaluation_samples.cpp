@@ -2,134 +2,207 @@
 
 #include <algorithm>
 #include <array>
-#include <unordered_map>
+#include <cmath>
+#include <numeric>
+#include <tuple>
 
-#include <gdfmap/core/error.hpp>
-#include <gdfmap/edt/sample_lattice.hpp>
+#include <gdfmap/core/morton.hpp>
 
 namespace gdfmap {
 namespace {
 
-/// SplitMix64's finaliser (Steele, Lea, Flood 2014).
-std::uint64_t mix(std::uint64_t v) {
-  v += 0x9e3779b97f4a7c15u;
-  v = (v ^ v >> 30) * 0xbf58476d1ce4e5b9u;
-  v = (v ^ v >> 27) * 0x94d049bb133111ebu;
-  return v ^ v >> 31;
+/// Places drawn for every sample that is kept: enough that parts of little volume get theirs.
+constexpr std::uint64_t kDrawsPerSample = 4;
+constexpr std::size_t kPiece = 8192;
+/// Parts by distance: one for each band, and one for what lies beyond them.
+constexpr std::size_t kNumParts = kBandLimits.size();
+
+/// A place that may become a sample.
+struct Candidate {
+  LatticePoint p;
+  std::uint64_t i;  ///< in its region's sequence
+  float distance;
+  std::uint32_t region;
+};
+
+std::size_t part_of(double distance) {
+  const auto limit = std::upper_bound(kBandLimits.begin(), kBandLimits.end(), distance);
+  return static_cast<std::size_t>(limit - kBandLimits.begin()) - 1;
 }
 
-/// Number `dimension` of sample i of a seed's sequence.
-std::uint64_t random_bits(std::uint64_t seed, std::uint64_t i, std::uint64_t dimension) {
-  return mix(mix(seed) ^ mix(4 * i + dimension));
+bool lies_before(const Candidate& a, const Candidate& b) {
+  const auto coordinates = [](const Candidate& c) {
+    return std::array<std::int64_t, 3>{c.p.x, c.p.y, c.p.z};
+  };
+  const auto p = coordinates(a), q = coordinates(b);
+  if (p != q) return morton_less({p[0], p[1], p[2]}, {q[0], q[1], q[2]});
+  return std::tie(a.region, a.i) < std::tie(b.region, b.i);
 }
 
-/// Index of the set bit that has `rank` set bits below it.
-int nth_cube(const CubeMask& mask, std::uint64_t rank) {
-  for (int i = 0; i < kCubesPerTile; ++i) {
-    if (mask.test(i) && rank-- == 0) return i;
+/// Draws the same number of places for every region, in an order that keeps neighbours together.
+std::vector<Candidate> draw_candidates(const EvaluationDomain& domain, std::uint64_t per_region,
+                                       std::uint64_t seed) {
+  std::vector<Candidate> candidates;
+  candidates.reserve(per_region * domain.num_regions());
+  for (std::size_t region = 0; region < domain.num_regions(); ++region) {
+    for (std::uint64_t i = 0; i < per_region; ++i) {
+      const auto p = domain.draw(region, seed, i);
+      if (p) candidates.push_back({*p, i, 0.0f, static_cast<std::uint32_t>(region)});
+    }
   }
-  throw Error(ErrorCode::kInternal, "a cube mask has fewer cubes than were counted");
+  std::sort(candidates.begin(), candidates.end(), lies_before);
+  return candidates;
 }
 
-Eigen::Vector3i corner_in_tile(int cube) {
-  constexpr int n = kCubesPerTileAxis;
-  return Eigen::Vector3i(cube % n, cube / n % n, cube / (n * n)) * kStepsPerCubeAxis;
+void measure(std::vector<Candidate>& candidates, EvaluationTruth& truth,
+             const RunContext& context) {
+  std::vector<LatticePoint> places;
+  for (std::size_t begin = 0; begin < candidates.size(); begin += kPiece) {
+    context.throw_if_stopped();
+    const auto piece =
+        std::span(candidates).subspan(begin, std::min(kPiece, candidates.size() - begin));
+    places.clear();
+    for (const Candidate& candidate : piece) places.push_back(candidate.p);
+    const std::vector<double> distances = truth.distances(places);
+    for (std::size_t i = 0; i < piece.size(); ++i) {
+      piece[i].distance = static_cast<float>(distances[i]);
+    }
+    context.progress({"places", begin + piece.size(), candidates.size(), {}});
+  }
 }
 
-Vector3 to_world(const TileKey& tile, const Eigen::Vector3i& p_tile, const Lattice& lattice) {
-  const LatticePoint origin = tile_origin(tile);
-  return lattice.to_world({origin.x + p_tile.x(), origin.y + p_tile.y(), origin.z + p_tile.z()});
+/// Which candidates are samples, and what one of each part weighs.
+class Selection {
+ public:
+  Selection(const EvaluationDomain& domain, std::span<const Candidate> candidates,
+            std::uint64_t per_region, std::uint64_t num_samples)
+      : weights_(domain.num_regions() * kNumParts), last_(weights_.size()) {
+    std::vector<std::vector<std::uint64_t>> members(weights_.size());
+    for (const Candidate& candidate : candidates) {
+      if (is_judged(domain, candidate)) members[part(candidate)].push_back(candidate.i);
+    }
+    std::vector<std::uint64_t> counts;
+    for (const auto& part : members) counts.push_back(part.size());
+    const std::vector<std::uint64_t> shares = equal_shares(counts, num_samples);
+    for (std::size_t j = 0; j < members.size(); ++j) {
+      if (shares[j] == 0) continue;
+      // The first of a sequence of independent places are as random as all.
+      const auto end = members[j].begin() + static_cast<std::ptrdiff_t>(shares[j]);
+      std::nth_element(members[j].begin(), end - 1, members[j].end());
+      last_[j] = *(end - 1) + 1;
+      weights_[j] = domain.drawn_volume(j / kNumParts) / static_cast<double>(per_region) *
+                    static_cast<double>(counts[j]) / static_cast<double>(shares[j]);
+    }
+    for (std::size_t region = 0; region < domain.num_regions(); ++region) {
+      levels_.push_back(domain.level(region));
+    }
+  }
+
+  /// Zero for a candidate that is no sample.
+  [[nodiscard]] double weight(const Candidate& candidate) const {
+    const std::size_t j = part(candidate);
+    return candidate.i < last_[j] ? weights_[j] : 0.0;
+  }
+  [[nodiscard]] int level(const Candidate& candidate) const { return levels_[candidate.region]; }
+
+ private:
+  static std::size_t part(const Candidate& candidate) {
+    return candidate.region * kNumParts + part_of(static_cast<double>(candidate.distance));
+  }
+  /// What lies beyond the bands is judged in cubes of level 0 alone.
+  static bool is_judged(const EvaluationDomain& domain, const Candidate& candidate) {
+    return domain.level(candidate.region) == 0 ||
+           static_cast<double>(candidate.distance) < kMaxJudgedDistance;
+  }
+
+  std::vector<double> weights_;      ///< by region and part
+  std::vector<std::uint64_t> last_;  ///< end of the places that are kept, in the region's sequence
+  std::vector<int> levels_;          ///< by region
+};
+
+std::vector<Vector3> regular_offsets(double step, double edge) {
+  std::vector<double> along;
+  for (double offset = step / 2; offset < edge; offset += step) along.push_back(offset);
+  std::vector<Vector3> offsets;
+  for (const double x : along) {
+    for (const double y : along) {
+      for (const double z : along) offsets.emplace_back(x, y, z);
+    }
+  }
+  return offsets;
 }
 
 }  // namespace
 
-void add_judged_tile(const TileRecord& record, bool skip_poor, std::vector<JudgedTile>& tiles) {
-  JudgedTile tile{record.key, {}, {}, {}};
-  for (const CubeRecord& cube : record.cubes) {
-    if (cube.status == CubeStatus::kFailed) continue;
-    if (skip_poor && cube.status == CubeStatus::kPoor) continue;
-    tile.cubes.set(cube.index);
-    if (cube.cube_class == CubeClass::kPopulated) tile.populated.set(cube.index);
+std::vector<std::uint64_t> equal_shares(std::span<const std::uint64_t> counts,
+                                        std::uint64_t total) {
+  std::vector<std::size_t> order(counts.size());
+  std::iota(order.begin(), order.end(), std::size_t{0});
+  std::stable_sort(order.begin(), order.end(),
+                   [&](std::size_t a, std::size_t b) { return counts[a] < counts[b]; });
+  std::vector<std::uint64_t> shares(counts.size());
+  for (std::size_t i = 0; i < order.size(); ++i) {
+    const std::uint64_t left = order.size() - i;
+    shares[order[i]] = std::min(counts[order[i]], total / left);
+    total -= shares[order[i]];
   }
-  if (tile.cubes.any()) tiles.push_back(tile);
+  return shares;
 }
 
-void mark_outer_shell(std::vector<JudgedTile>& tiles) {
-  std::unordered_map<TileKey, const CubeMask*, TileKeyHash> masks;
-  for (const JudgedTile& tile : tiles) masks.emplace(tile.key, &tile.cubes);
-  const auto has_cube = [&](const CubeKey& cube) {
-    const auto found = masks.find(tile_of(cube));
-    return found != masks.end() && found->second->test(cube_index_in_tile(cube));
+void visit_stratified_samples(const EvaluationDomain& domain, EvaluationTruth& truth,
+                              const Lattice& lattice, std::uint64_t num_samples, std::uint64_t seed,
+                              const RunContext& context, const SampleVisitor& visit) {
+  const std::uint64_t per_region = kDrawsPerSample * num_samples / domain.num_regions() + 1;
+  std::vector<Candidate> candidates = draw_candidates(domain, per_region, seed);
+  measure(candidates, truth, context);
+  const Selection selection(domain, candidates, per_region, num_samples);
+  std::vector<EvaluationSample> piece;
+  std::uint64_t num_visited = 0;
+  const auto hand_over = [&] {
+    context.throw_if_stopped();
+    visit(piece);
+    num_visited += piece.size();
+    piece.clear();
+    context.progress({"samples", num_visited, num_samples, {}});
   };
-  for (JudgedTile& tile : tiles) {
-    for (int i = 0; i < kCubesPerTile; ++i) {
-      if (!tile.cubes.test(i)) continue;
-      const CubeKey cube = cube_at(tile.key, i);
-      for (int n = 0; n < 27; ++n) {
-        if (has_cube(
-                {cube.level, cube.x + n % 3 - 1, cube.y + n / 3 % 3 - 1, cube.z + n / 9 - 1})) {
-          continue;
-        }
-        tile.outer_shell.set(i);
-        break;
+  for (const Candidate& candidate : candidates) {
+    const double weight = selection.weight(candidate);
+    if (weight == 0.0) continue;
+    piece.push_back({lattice.to_world(candidate.p), candidate.p, selection.level(candidate), weight,
+                     static_cast<double>(candidate.distance)});
+    if (piece.size() == kPiece) hand_over();
+  }
+  hand_over();
+}
+
+std::uint64_t regular_samples_per_cube(double step, double edge) {
+  const double per_axis = std::ceil(edge / step - 0.5);
+  return static_cast<std::uint64_t>(per_axis * per_axis * per_axis);
+}
+
+void visit_regular_samples(const JudgedLevel& level, EvaluationTruth& truth, const Lattice& lattice,
+                           double step, const RunContext& context, const SampleVisitor& visit) {
+  const std::vector<Vector3> offsets = regular_offsets(step, lattice.cube_edge(level.level()));
+  std::uint64_t num_done = 0;
+  for (const JudgedTile& tile : level.tiles()) {
+    context.throw_if_stopped();
+    std::vector<EvaluationSample> samples;
+    std::vector<LatticePoint> places;
+    for (int cube = 0; cube < kCubesPerTile; ++cube) {
+      if (!tile.cubes.test(cube)) continue;
+      const Vector3 origin = lattice.cube_origin(cube_at(tile.key, cube));
+      for (const Vector3& offset : offsets) {
+        const auto place = lattice.quantize(origin + offset);
+        if (!place) continue;  // on the far face of the last cube of the lattice
+        samples.push_back({origin + offset, *place, level.level(), step * step * step, 0.0});
+        places.push_back(*place);
       }
     }
+    const std::vector<double> distances = truth.distances(places);
+    for (std::size_t i = 0; i < samples.size(); ++i) samples[i].distance = distances[i];
+    visit(samples);
+    context.progress({"tiles", ++num_done, level.tiles().size(), {}});
   }
-}
-
-RandomSampler::RandomSampler(const std::vector<JudgedTile>& tiles, std::uint64_t num_samples,
-                             std::uint64_t seed)
-    : tiles_(tiles), seed_(seed), of_tile_(tiles.size()) {
-  for (const JudgedTile& tile : tiles) {
-    first_cube_.push_back(num_cubes_);
-    num_cubes_ += static_cast<std::uint64_t>(tile.cubes.count());
-  }
-  if (num_cubes_ == 0) return;
-  for (std::uint64_t i = 0; i < num_samples; ++i) {
-    const std::uint64_t cube = random_bits(seed_, i, 0) % num_cubes_;
-    const auto after = std::upper_bound(first_cube_.begin(), first_cube_.end(), cube);
-    of_tile_[static_cast<std::size_t>(after - first_cube_.begin() - 1)].push_back(i);
-  }
-}
-
-std::vector<JudgedSample> RandomSampler::samples(std::size_t tile, const Lattice& lattice) const {
-  std::vector<JudgedSample> result;
-  result.reserve(of_tile_[tile].size());
-  for (const std::uint64_t i : of_tile_[tile]) {
-    const std::uint64_t rank = random_bits(seed_, i, 0) % num_cubes_ - first_cube_[tile];
-    const int cube = nth_cube(tiles_[tile].cubes, rank);
-    Eigen::Vector3i p_tile = corner_in_tile(cube);
-    for (int a = 0; a < 3; ++a) {
-      p_tile[a] += static_cast<int>(random_bits(seed_, i, static_cast<std::uint64_t>(a) + 1) %
-                                    kStepsPerCubeAxis);
-    }
-    result.push_back({cube, to_world(tiles_[tile].key, p_tile, lattice), p_tile});
-  }
-  return result;
-}
-
-std::vector<JudgedSample> regular_samples(const JudgedTile& tile, double step,
-                                          const Lattice& lattice) {
-  const double edge = lattice.cube_edge(tile.key.level);
-  std::vector<double> offsets;
-  for (double offset = step / 2; offset < edge; offset += step) offsets.push_back(offset);
-  std::vector<JudgedSample> result;
-  for (int cube = 0; cube < kCubesPerTile; ++cube) {
-    if (!tile.cubes.test(cube)) continue;
-    const Eigen::Vector3i corner = corner_in_tile(cube);
-    const Vector3 origin = lattice.cube_origin(cube_at(tile.key, cube));
-    for (const double x : offsets) {
-      for (const double y : offsets) {
-        for (const double z : offsets) {
-          const Vector3 local(x, y, z);
-          const Eigen::Vector3i rounded =
-              (local / lattice.step()).array().round().matrix().cast<int>();
-          result.push_back({cube, origin + local, corner + rounded});
-        }
-      }
-    }
-  }
-  return result;
 }
 
 }  // namespace gdfmap

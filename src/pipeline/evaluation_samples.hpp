@@ -1,56 +1,48 @@
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
-#include <unordered_map>
+#include <functional>
+#include <span>
 #include <vector>
 
-#include <gdfmap/core/cube_mask.hpp>
-#include <gdfmap/core/lattice.hpp>
-#include <gdfmap/pipeline/evaluate.hpp>
-#include <gdfmap/store/tile_record.hpp>
+#include <gdfmap/core/run_context.hpp>
+
+#include "evaluation_domain.hpp"
+#include "evaluation_truth.hpp"
 
 namespace gdfmap {
 
-/// The level-0 cubes of a field that are judged, tile by tile.
-struct JudgedTile {
-  TileKey key;
-  CubeMask cubes;
-  CubeMask populated;    ///< as the trainer saw it; empty for imported cubes
-  CubeMask outer_shell;  ///< lack one of their 26 neighbours
-};
-
-/// Adds a tile's cubes, without what an export leaves out when `skip_poor`; a tile without any is
-/// not added. mark_outer_shell() completes the list.
-void add_judged_tile(const TileRecord& record, bool skip_poor, std::vector<JudgedTile>& tiles);
-void mark_outer_shell(std::vector<JudgedTile>& tiles);
-
 /// A place where the field is judged.
-struct JudgedSample {
-  int cube = 0;            ///< index in the tile
-  Vector3 p_world;         ///< where the field is asked, metres
-  Eigen::Vector3i p_tile;  ///< the same on the quantisation lattice, steps from the tile's corner
+struct EvaluationSample {
+  Vector3 p_world;        ///< where the field is asked, metres
+  LatticePoint p;         ///< the same, rounded to the lattice
+  int level = 0;          ///< of the finest cube that holds it, or kNoLevel
+  double weight = 1.0;    ///< m³ that it stands for
+  double distance = 0.0;  ///< the true one, metres
 };
 
-/// Random samples, uniform over all cubes: a pure function of the seed and the list of cubes, which
-/// outlives this object.
-class RandomSampler {
- public:
-  RandomSampler(const std::vector<JudgedTile>& tiles, std::uint64_t num_samples,
-                std::uint64_t seed);
-  /// Samples of the tile at this place of the list.
-  [[nodiscard]] std::vector<JudgedSample> samples(std::size_t tile, const Lattice& lattice) const;
+/// Receives samples piece by piece.
+using SampleVisitor = std::function<void(std::span<const EvaluationSample>)>;
 
- private:
-  const std::vector<JudgedTile>& tiles_;
-  std::uint64_t seed_;
-  std::uint64_t num_cubes_ = 0;
-  std::vector<std::uint64_t> first_cube_;            ///< of each tile, counted over all
-  std::vector<std::vector<std::uint64_t>> of_tile_;  ///< numbers of each tile's samples
-};
+/// Limits of the parts, metres, that regions of the domain are divided into by distance.
+inline constexpr std::array<double, 6> kBandLimits = {0.0, 0.1, 0.5, 2.0, 10.0, kMaxJudgedDistance};
 
-/// The ancestor's samples: a regular grid of `step` metres in every cube, half a step from its
-/// corner.
-[[nodiscard]] std::vector<JudgedSample> regular_samples(const JudgedTile& tile, double step,
-                                                        const Lattice& lattice);
+/// Random samples as evaluate() describes them, near ones next to each other.
+void visit_stratified_samples(const EvaluationDomain& domain, EvaluationTruth& truth,
+                              const Lattice& lattice, std::uint64_t num_samples, std::uint64_t seed,
+                              const RunContext& context, const SampleVisitor& visit);
+
+/// The ancestor's samples: a regular grid of `step` metres in every cube of level 0, half a step
+/// from its corner. A visit for each tile.
+void visit_regular_samples(const JudgedLevel& level, EvaluationTruth& truth, const Lattice& lattice,
+                           double step, const RunContext& context, const SampleVisitor& visit);
+
+/// Number of regular samples of a cube.
+[[nodiscard]] std::uint64_t regular_samples_per_cube(double step, double edge);
+
+/// How many of `counts` to take of each, `total` in all: equal numbers as far as there are so many.
+[[nodiscard]] std::vector<std::uint64_t> equal_shares(std::span<const std::uint64_t> counts,
+                                                      std::uint64_t total);
 
 }  // namespace gdfmap

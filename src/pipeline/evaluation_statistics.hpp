@@ -1,29 +1,41 @@
 #pragma once
 
-#include <optional>
-#include <vector>
+#include <cstdint>
+#include <functional>
+#include <span>
 
 #include <gdfmap/pipeline/evaluate.hpp>
 
+#include "evaluation_gradients.hpp"
+
 namespace gdfmap {
 
-/// The gradient at a sample against the exact field's.
-struct GradientJudgement {
-  bool is_nan = false;
-  double norm = 0.0;
-  double angle_deg = 0.0;
-  bool off_axis = false;  ///< away from the medial axis
+/// What is kept of a judged sample until all are there.
+struct JudgedRecord {
+  float error = 0.0f;           ///< metres
+  float own_cube_error = 0.0f;  ///< metres
+  float expected_error = 0.0f;  ///< metres
+  float distance = 0.0f;        ///< metres
+  float weight = 1.0f;
+  GradientJudgement gradient;
+  std::int8_t level = kNoLevel;
+  FieldStatus status = FieldStatus::kUnknown;
+  bool is_populated = false, is_outer_shell = false;
+
+  [[nodiscard]] bool is_stated() const {
+    return status == FieldStatus::kFine || status == FieldStatus::kCoarse;
+  }
 };
 
-/// Collects samples of one group.
-class StatisticsCollector {
- public:
-  void add(double error, const std::optional<GradientJudgement>& gradient);
-  [[nodiscard]] ErrorStatistics statistics() const;
+/// Says whether a record belongs to a group.
+using RecordFilter = std::function<bool(const JudgedRecord&)>;
 
- private:
-  std::vector<float> errors_;
-  std::vector<GradientJudgement> gradients_;
-};
+/// Statistics of the stated answers of a group.
+[[nodiscard]] ErrorStatistics error_statistics(std::span<const JudgedRecord> records,
+                                               const RecordFilter& filter);
+
+/// Everything but num_set_aside. @param levels  those that have cubes
+[[nodiscard]] Evaluation summarize(std::span<const JudgedRecord> records,
+                                   std::span<const int> levels);
 
 }  // namespace gdfmap

@@ -22,21 +22,21 @@ class EvaluationTruth {
                   const RunContext& context);
   ~EvaluationTruth();
 
-  /// Distances (metres) at lattice points, given relative to `origin`.
-  [[nodiscard]] std::vector<double> distances(const LatticePoint& origin,
-                                              std::span<const Eigen::Vector3i> samples);
+  /// Distances in metres. The nearer neighbours in the list stand to each other, the faster.
+  [[nodiscard]] std::vector<double> distances(std::span<const LatticePoint> places);
+  /// Central differences of the distance at each place, over ± so many steps.
+  [[nodiscard]] std::vector<Vector3> gradients(std::span<const LatticePoint> places,
+                                               std::span<const std::int64_t> half_widths);
   /// With a scene and points: whether the points tell the scene's distance within truth_gap at each
-  /// sample. True everywhere otherwise.
-  [[nodiscard]] std::vector<bool> is_told_by_points(const LatticePoint& origin,
-                                                    std::span<const Eigen::Vector3i> samples,
+  /// place. True everywhere otherwise.
+  [[nodiscard]] std::vector<bool> is_told_by_points(std::span<const LatticePoint> places,
                                                     std::span<const double> distances);
   /// Which cubes of a level-0 tile hold points of the truth; empty when it has no points.
   [[nodiscard]] std::optional<CubeMask> populated(const TileKey& tile) const;
 
  private:
   /// Distances in steps to the nearest point.
-  [[nodiscard]] std::vector<double> to_points(const LatticePoint& origin,
-                                              std::span<const Eigen::Vector3i> samples);
+  [[nodiscard]] std::vector<double> to_points(std::span<const LatticePoint> places);
   void use_cloud(const RunContext& context);
 
   const Lattice& lattice_;

@@ -1,3 +1,4 @@
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <cstdint>
@@ -60,23 +61,38 @@ struct Grid {
   }
 };
 
-void check(const SliceOptions& options, const Box3& region) {
+void check(const SliceOptions& options, const Box3& region, const std::filesystem::path& path) {
+  if (path.extension() != ".png" && path.extension() != ".npy") {
+    throw Error(ErrorCode::kUsage, path.string() + ": a slice is written as .png or .npy");
+  }
+  if (options.arrows && path.extension() != ".png") {
+    throw Error(ErrorCode::kUsage, path.string() + ": arrows are drawn in pictures (.png) alone");
+  }
   if (!(options.resolution > 0.0)) {
     throw Error(ErrorCode::kUsage, "resolution must be a positive number of metres");
   }
   const auto axis = static_cast<Eigen::Index>(options.axis);
-  if (!(options.at >= region.min()[axis] && options.at <= region.max()[axis])) {
-    throw Error(ErrorCode::kUsage,
-                std::string("the plane ") + kAxisNames[static_cast<std::size_t>(axis)] + " = " +
-                    std::to_string(options.at) + " m misses the map, which spans " +
-                    std::to_string(region.min()[axis]) + " to " +
-                    std::to_string(region.max()[axis]) + " m");
+  for (const double at : options.at) {
+    if (at >= region.min()[axis] && at <= region.max()[axis]) continue;
+    throw Error(ErrorCode::kUsage, std::string("the plane ") +
+                                       kAxisNames[static_cast<std::size_t>(axis)] + " = " +
+                                       std::to_string(at) + " m misses the map, which spans " +
+                                       std::to_string(region.min()[axis]) + " to " +
+                                       std::to_string(region.max()[axis]) + " m");
   }
+}
+
+void append(const FieldSample& answer, const Grid& grid, bool with_gradient, SliceImage& image) {
+  image.distance.push_back(static_cast<float>(answer.distance));
+  image.is_bound.push_back(answer.status == FieldStatus::kFar ? 1 : 0);
+  if (!with_gradient) return;
+  image.gradient_u.push_back(static_cast<float>(answer.gradient[grid.u]));
+  image.gradient_v.push_back(static_cast<float>(answer.gradient[grid.v]));
 }
 
 /// Asks the field row by row, so that only one row of answers is held.
 SliceImage sample_plane(const DistanceField& field, const Grid& grid, const SliceOptions& options,
-                        const RunContext& context) {
+                        double at, const RunContext& context) {
   SliceImage image;
   image.width = grid.width;
   image.height = grid.height;
@@ -91,47 +107,71 @@ SliceImage sample_plane(const DistanceField& field, const Grid& grid, const Slic
   for (int j = 0; j < grid.height; ++j) {
     context.throw_if_stopped();
     for (int i = 0; i < grid.width; ++i) {
-      points[static_cast<std::size_t>(i)] = grid.position(i, j, options.at);
+      points[static_cast<std::size_t>(i)] = grid.position(i, j, at);
     }
     field.at(points, answers);
-    for (const FieldSample& answer : answers) {
-      image.distance.push_back(static_cast<float>(answer.distance));
-      image.is_bound.push_back(answer.status == FieldStatus::kFar ? 1 : 0);
-    }
+    for (const FieldSample& answer : answers) append(answer, grid, options.arrows, image);
     context.progress(
         {"rows", static_cast<std::uint64_t>(j) + 1, static_cast<std::uint64_t>(grid.height), {}});
   }
   return image;
 }
 
-std::string title(const SliceOptions& options) {
+std::string plane_name(const SliceOptions& options, double at, const char* between) {
   std::array<char, 64> text;
-  std::snprintf(text.data(), text.size(), "distance field at %s = %g m",
-                kAxisNames[static_cast<std::size_t>(options.axis)], options.at);
+  std::snprintf(text.data(), text.size(), "%s%s%g",
+                kAxisNames[static_cast<std::size_t>(options.axis)], between, at);
   return text.data();
 }
 
-}  // namespace
-
-void write_slice(const std::shared_ptr<TileSource>& source, const SliceOptions& options,
-                 const std::filesystem::path& path, const RunContext& context) {
-  const bool is_picture = path.extension() == ".png";
-  if (!is_picture && path.extension() != ".npy") {
-    throw Error(ErrorCode::kUsage, path.string() + ": a slice is written as .png or .npy");
+/// Where each plane goes. @throws Error kUsage when two would go to the same file.
+std::vector<std::filesystem::path> paths_of(const SliceOptions& options,
+                                            const std::filesystem::path& path) {
+  if (options.at.size() == 1) return {path};
+  std::vector<std::filesystem::path> paths;
+  for (const double at : options.at) {
+    const std::string stem = path.stem().string() + "_" + plane_name(options, at, "");
+    paths.push_back(path.parent_path() / (stem + path.extension().string()));
+    if (std::count(paths.begin(), paths.end(), paths.back()) > 1) {
+      throw Error(ErrorCode::kUsage, paths.back().string() + " would be written twice");
+    }
   }
-  const Box3 region = options.region.value_or(default_region(*source));
-  check(options, region);
-  const Grid grid(options, region);
-  const DistanceField field(source,
-                            {context.memory() / 4, BlendMode::kPartition, context.threads()});
-  SliceImage image = sample_plane(field, grid, options, context);
-  if (is_picture) {
-    image.title = title(options);
+  return paths;
+}
+
+void write(const SliceImage& image, const std::filesystem::path& path) {
+  if (path.extension() == ".png") {
     draw_slice(image, path);
   } else {
     write_npy(path, image.distance,
               {static_cast<std::size_t>(image.height), static_cast<std::size_t>(image.width)});
   }
+}
+
+}  // namespace
+
+std::vector<std::filesystem::path> write_slices(const std::shared_ptr<TileSource>& source,
+                                                const SliceOptions& options,
+                                                const std::filesystem::path& path,
+                                                const RunContext& context) {
+  const Box3 region = options.region.value_or(default_region(*source));
+  check(options, region, path);
+  const std::vector<std::filesystem::path> paths = paths_of(options, path);
+  const Grid grid(options, region);
+  const DistanceField field(source,
+                            {context.memory() / 4, BlendMode::kPartition, context.threads()});
+  std::vector<SliceImage> images;
+  double largest = 0.0;
+  for (const double at : options.at) {
+    images.push_back(sample_plane(field, grid, options, at, context));
+    images.back().title = "distance field at " + plane_name(options, at, " = ") + " m";
+    largest = std::max(largest, largest_estimate(images.back()));
+  }
+  for (std::size_t i = 0; i < images.size(); ++i) {
+    images[i].largest_distance = largest;
+    write(images[i], paths[i]);
+  }
+  return paths;
 }
 
 }  // namespace gdfmap

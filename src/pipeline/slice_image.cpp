@@ -8,6 +8,7 @@
 #include <gdfmap/core/error.hpp>
 #include <gdfmap/pipeline/slice_image.hpp>
 
+#include "drawing/arrows.hpp"
 #include "drawing/canvas.hpp"
 #include "drawing/contour_labels.hpp"
 #include "drawing/contours.hpp"
@@ -26,8 +27,6 @@ constexpr double kIsoWidth = 0.07;
 constexpr double kTickLength = 0.4;
 constexpr double kTickGap = 0.3;
 constexpr double kIsoTextSize = 0.72;
-/// Lines on darker colours (luminance) are white.
-constexpr double kDarkBelow = 0.25;
 
 void check(const SliceImage& slice) {
   const bool has_size = slice.width > 0 && slice.height > 0 && std::isfinite(slice.resolution) &&
@@ -43,6 +42,10 @@ void check(const SliceImage& slice) {
                                        std::to_string(slice.distance.size()) + " distances and " +
                                        std::to_string(slice.is_bound.size()) + " marks");
   }
+  for (const auto& gradient : {slice.gradient_u, slice.gradient_v}) {
+    if (gradient.size() == (slice.gradient_u.empty() ? 0 : count)) continue;
+    throw Error(ErrorCode::kUsage, "a slice needs both parts of every gradient, or none");
+  }
 }
 
 /// Draws one figure, part by part.
@@ -57,6 +60,7 @@ class Figure {
   Bytes draw() {
     paint_field(canvas_, slice_, scale_, layout_);
     draw_iso_lines();
+    draw_gradients(canvas_, slice_, scale_, layout_);
     draw_axes();
     draw_color_bar();
     draw_legend();
@@ -70,7 +74,7 @@ class Figure {
   [[nodiscard]] TextStyle style(Align align) const { return {layout_.font, kBlack, align, 0.0}; }
 
   [[nodiscard]] Stroke iso_stroke(double level) const {
-    const bool on_dark = luminance(scale_.color(level)) < kDarkBelow;
+    const bool on_dark = is_dark(scale_.color(level));
     return {on_dark ? kWhite : kBlack, em(kIsoWidth), on_dark ? 0.8 : 0.65};
   }
 
@@ -186,6 +190,9 @@ class Figure {
         return;
       case LegendKind::kIsoLine:
         canvas_.stroke_line(line, {kBlack, em(kIsoWidth), 0.8});
+        return;
+      case LegendKind::kArrow:
+        draw_arrow(canvas_, {swatch.x, middle}, {swatch.right(), middle}, kBlack);
         return;
       case LegendKind::kUnknown:
         fill(swatch, [&](int x, int y) { return unknown_color(x, y, period); });

@@ -10,6 +10,9 @@
 
 namespace gdfmap {
 
+/// Where cubes.db keeps the configuration that it was trained with, in canonical form.
+inline constexpr const char* kFitConfigKey = "fit_config";
+
 /// What one cube is fitted to; owns its samples.
 struct CubeJob {
   CubeKey key;

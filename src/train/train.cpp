@@ -18,8 +18,6 @@
 namespace gdfmap {
 namespace {
 
-constexpr const char* kConfigKey = "fit_config";
-
 /// Tiles whose cubes are fitted side by side and committed together.
 constexpr std::size_t kMaxWindowTiles = 16;
 /// Cubes that one task fits: enough to keep the lanes of a vector register busy.
@@ -29,10 +27,10 @@ constexpr std::size_t kTileBytes = std::size_t{8} << 20;
 
 /// The configuration of this run; stores it when it is new.
 FitConfig settle_configuration(Map& map, const TrainOptions& options) {
-  const auto stored_text = map.cubes().meta(kConfigKey);
+  const auto stored_text = map.cubes().meta(kFitConfigKey);
   if (!stored_text || options.retrain) {
     const FitConfig config = options.config.value_or(FitConfig::defaults(map.geometry().cube_size));
-    map.cubes().set_meta(kConfigKey, config.canonical());
+    map.cubes().set_meta(kFitConfigKey, config.canonical());
     return config;
   }
   const FitConfig stored = FitConfig::from_canonical(*stored_text);
@@ -117,8 +115,7 @@ class LevelTrainer {
     std::vector<CandidateTile> stale = plan_.tiles();
     std::erase_if(stale, [&](const CandidateTile& tile) {
       const auto stored = states.find(tile.key);
-      return stored != states.end() && stored->second.surroundings == tile.surroundings &&
-             stored->second.configuration == configuration_;
+      return stored != states.end() && is_up_to_date(stored->second, tile, configuration_);
     });
     const std::size_t window =
         std::clamp(context_.memory() / 8 / kTileBytes, std::size_t{1}, kMaxWindowTiles);

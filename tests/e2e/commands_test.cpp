@@ -210,6 +210,22 @@ TEST_F(Commands, EvaluateReportsErrorsOfTheFieldAndOfItsParts) {
   EXPECT_TRUE(refuses(2, "evaluate", "", gdfmap({"evaluate", path("model.bin")})));
 }
 
+TEST_F(Commands, InfoDrawsAMapFromAbove) {
+  const std::string map = trained_map();
+  succeed({"info", map, "--plot", path("above.png")});
+  EXPECT_EQ(read_file(path("above.png")).substr(1, 3), "PNG");
+  EXPECT_TRUE(refuses(2, "info", "scan.ply",
+                      gdfmap({"info", path("scan.ply"), "--plot", path("cloud.png")})));
+}
+
+TEST_F(Commands, EvaluateWritesAMapAndAPlotOfTheErrors) {
+  const std::string map = trained_map();
+  succeed({"evaluate", map, "--samples", "2000", "--map", path("e.ply"), "--plot", path("e.png")});
+  EXPECT_EQ(json_of({"info", path("e.ply")}).at("num_finite"), 2000);
+  EXPECT_EQ(read_file(path("e.png")).substr(1, 3), "PNG");
+  EXPECT_TRUE(refuses(2, "evaluate", "e.las", gdfmap({"evaluate", map, "--map", path("e.las")})));
+}
+
 TEST_F(Commands, EvaluateKnowsTheTruthOfASyntheticScene) {
   succeed({"synth", "plane", path("plane.ply"), "--points", "40000", "--size", "4"});
   succeed({"ingest", path("p.gdfmap"), path("plane.ply")});
@@ -233,6 +249,9 @@ TEST_F(Commands, SliceWritesAPictureAndAnArray) {
   EXPECT_TRUE(
       refuses(2, "slice", "", gdfmap({"slice", map, "--at", "500", "--out", path("m.png")})));
   EXPECT_FALSE(std::filesystem::exists(path("m.png")));
+  succeed({"slice", map, "--at", "-0.1", "--at", "0.3", "--arrows", "--out", path("many.png")});
+  EXPECT_EQ(read_file(path("many_z-0.1.png")).substr(1, 3), "PNG");
+  EXPECT_EQ(read_file(path("many_z0.3.png")).substr(1, 3), "PNG");
 }
 
 TEST_F(Commands, BuildDoesTheAncestorsJobAndThenFindsNothingToDo) {

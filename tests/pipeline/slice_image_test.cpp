@@ -1,6 +1,5 @@
 #include <algorithm>
 #include <cmath>
-#include <cstring>
 #include <fstream>
 #include <iterator>
 #include <limits>
@@ -8,7 +7,6 @@
 #include <string>
 #include <vector>
 
-#include <cairo.h>
 #include <gtest/gtest.h>
 #include <unistd.h>
 
@@ -21,47 +19,15 @@
 #include "../../src/pipeline/drawing/distance_scale.hpp"
 #include "../../src/pipeline/drawing/layout.hpp"
 #include "../../src/pipeline/drawing/ticks.hpp"
-
-/// fontconfig keeps its parsed configuration until the process ends, which the leak checker
-/// reports.
-extern "C" const char* __lsan_default_suppressions() { return "leak:libfontconfig\n"; }
+#include "picture.hpp"
 
 namespace gdfmap {
 namespace {
 
 using namespace drawing;
+using test::Picture;
 
 constexpr float kNan = std::numeric_limits<float>::quiet_NaN();
-
-/// The pixels of a PNG file.
-class Picture {
- public:
-  explicit Picture(const std::filesystem::path& path)
-      : surface_(cairo_image_surface_create_from_png(path.c_str())) {
-    EXPECT_EQ(cairo_surface_status(surface_), CAIRO_STATUS_SUCCESS);
-  }
-  ~Picture() { cairo_surface_destroy(surface_); }
-  Picture(const Picture&) = delete;
-  Picture& operator=(const Picture&) = delete;
-
-  [[nodiscard]] int width() const { return cairo_image_surface_get_width(surface_); }
-  [[nodiscard]] int height() const { return cairo_image_surface_get_height(surface_); }
-  [[nodiscard]] std::uint32_t pixel(int x, int y) const {
-    const unsigned char* const row =
-        cairo_image_surface_get_data(surface_) +
-        static_cast<std::ptrdiff_t>(y) * cairo_image_surface_get_stride(surface_);
-    std::uint32_t value = 0;
-    std::memcpy(&value, row + 4 * static_cast<std::ptrdiff_t>(x), sizeof(value));
-    return value & 0xffffffu;
-  }
-  [[nodiscard]] Color color(int x, int y) const {
-    const std::uint32_t v = pixel(x, y);
-    return {(v >> 16) / 255.0, (v >> 8 & 255) / 255.0, (v & 255) / 255.0};
-  }
-
- private:
-  cairo_surface_t* surface_;
-};
 
 class SliceImageTest : public ::testing::Test {
  protected:
@@ -250,6 +216,58 @@ TEST_F(SliceImageTest, SurvivesSlicesWithNothingToShow) {
   EXPECT_EQ(Picture(png_).width(), layout_of(titled).width);
 }
 
+/// Distances to two points, with their gradient; a strip unknown, another one a bound.
+SliceImage two_cones() {
+  SliceImage slice = make_slice(80, 60, [](int i, int j) {
+    return 0.05 * std::min(std::hypot(i - 20, j - 30), std::hypot(i - 60, j - 30));
+  });
+  slice.is_bound.assign(slice.distance.size(), 0);
+  for (int j = 0; j < 60; ++j) {
+    for (int i = 0; i < 80; ++i) {
+      const double x = i < 40 ? i - 20 : i - 60, y = j - 30;
+      const double norm = std::max(std::hypot(x, y), 1e-9);
+      slice.gradient_u.push_back(static_cast<float>(x / norm));
+      slice.gradient_v.push_back(static_cast<float>(y / norm));
+      const auto n = static_cast<std::size_t>(80 * j + i);
+      if (j < 6) slice.distance[n] = kNan;
+      if (j >= 54) slice.is_bound[n] = 1;
+    }
+  }
+  return slice;
+}
+
+TEST_F(SliceImageTest, LooksAsItDid) {
+  draw_slice(two_cones(), png_);
+  test::expect_golden(png_, "slice");
+}
+
+TEST_F(SliceImageTest, ArrowsPointAlongTheGradient) {
+  SliceImage slice = make_slice(60, 60, [](int, int) { return 0.99; });
+  slice.gradient_u.assign(slice.distance.size(), 1.0f);
+  slice.gradient_v.assign(slice.distance.size(), 0.0f);
+  draw_slice(slice, png_);
+  const Picture picture(png_);
+  const FigureLayout layout = layout_of(slice);
+  // Rows of black shafts and heads: seen along the arrows more is black than across them.
+  std::size_t longest_row = 0, longest_column = 0;
+  const int size = static_cast<int>(layout.plot.width) - 8;
+  const auto is_black = [&](int x, int y) {
+    return luminance(picture.color(static_cast<int>(layout.plot.x) + 4 + x,
+                                   static_cast<int>(layout.plot.y) + 4 + y)) < 0.05;
+  };
+  for (int a = 0; a < size; ++a) {
+    std::size_t row = 0, column = 0;
+    for (int b = 0; b < size; ++b) {
+      row += is_black(b, a) ? 1 : 0;
+      column += is_black(a, b) ? 1 : 0;
+    }
+    longest_row = std::max(longest_row, row);
+    longest_column = std::max(longest_column, column);
+  }
+  EXPECT_GT(longest_row, static_cast<std::size_t>(size) / 2);
+  EXPECT_LT(longest_column, static_cast<std::size_t>(size) / 3);
+}
+
 ErrorCode code_of(const SliceImage& slice, const std::filesystem::path& path) {
   try {
     draw_slice(slice, path);
@@ -266,6 +284,9 @@ TEST_F(SliceImageTest, RefusesWhatCannotBeDrawn) {
   EXPECT_EQ(code_of(slice, png_), ErrorCode::kUsage);
   slice = ramp();
   slice.is_bound.resize(7);
+  EXPECT_EQ(code_of(slice, png_), ErrorCode::kUsage);
+  slice = ramp();
+  slice.gradient_u.resize(slice.distance.size());
   EXPECT_EQ(code_of(slice, png_), ErrorCode::kUsage);
   for (const double resolution : {0.0, -1.0, static_cast<double>(NAN)}) {
     slice = ramp();
@@ -312,6 +333,25 @@ TEST(ColorMap, GrowsEvenlyInLightnessWithinSrgb) {
   }
   EXPECT_EQ(luminance(color_at(-1.0)), luminance(color_at(0.0)));
   EXPECT_EQ(luminance(color_at(2.0)), luminance(color_at(1.0)));
+}
+
+/// What an eye without green cones sees (Viénot, Brettel, Mollon 1999), in linear light.
+double deuteranope_luminance(const Color& color) {
+  const auto linear = [](double srgb) {
+    return srgb <= 0.04045 ? srgb / 12.92 : std::pow((srgb + 0.055) / 1.055, 2.4);
+  };
+  const double red = linear(color.red), green = linear(color.green), blue = linear(color.blue);
+  const double yellow = 0.29275 * red + 0.70725 * green;
+  return 0.93 * yellow + 0.07 * (-0.02234 * red + 0.02234 * green + blue);
+}
+
+TEST(ColorMap, KeepsItsOrderForEyesThatTellNoRedFromGreen) {
+  double last = 0.0;
+  for (int i = 0; i <= 100; ++i) {
+    const double seen = std::cbrt(deuteranope_luminance(color_at(i / 100.0)));
+    EXPECT_GT(seen, last + 0.003) << i;
+    last = seen;
+  }
 }
 
 TEST(Contours, RunAroundACircle) {

@@ -86,6 +86,7 @@ struct Canvas::Impl {
     cairo_set_source_rgba(context.get(), stroke.color.red, stroke.color.green, stroke.color.blue,
                           stroke.opacity);
     cairo_set_line_width(context.get(), stroke.width);
+    cairo_set_dash(context.get(), &stroke.dash, stroke.dash > 0.0 ? 1 : 0, 0.0);
   }
 };
 
@@ -119,6 +120,13 @@ void Canvas::stroke_line(std::span<const Point> points, const Stroke& stroke) {
   impl_->use(stroke);
   for (const Point& p : points) cairo_line_to(impl_->context.get(), p.x, p.y);
   cairo_stroke(impl_->context.get());
+}
+
+void Canvas::fill_polygon(std::span<const Point> corners, const Color& color) {
+  cairo_set_source_rgb(impl_->context.get(), color.red, color.green, color.blue);
+  for (const Point& p : corners) cairo_line_to(impl_->context.get(), p.x, p.y);
+  cairo_close_path(impl_->context.get());
+  cairo_fill(impl_->context.get());
 }
 
 void Canvas::stroke_rectangle(const Rectangle& rectangle, const Stroke& stroke) {

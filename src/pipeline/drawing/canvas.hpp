@@ -26,6 +26,7 @@ struct Stroke {
   Color color = kBlack;
   double width = 1.0;  ///< pixels
   double opacity = 1.0;
+  double dash = 0.0;  ///< length of dashes and of the gaps between them, pixels; 0: none
 };
 
 enum class Align { kStart, kCentre, kEnd };
@@ -50,6 +51,7 @@ class Canvas {
   void fill_pixels(int x, int y, int width, int height,
                    const std::function<Color(int, int)>& color);
   void stroke_line(std::span<const Point> points, const Stroke& stroke);
+  void fill_polygon(std::span<const Point> corners, const Color& color);
   void stroke_rectangle(const Rectangle& rectangle, const Stroke& stroke);
   /// @param anchor  where the text is aligned to; vertically the middle of its figures
   void text(const std::string& text, const Point& anchor, const TextStyle& style);

@@ -18,6 +18,9 @@ inline constexpr Color kWhite{1.0, 1.0, 1.0};
 /// Perceived brightness in [0, 1], linear light weighted as the eye does.
 [[nodiscard]] double luminance(const Color& color);
 
+/// Whether white lines are seen better on it than black ones.
+[[nodiscard]] inline bool is_dark(const Color& color) { return luminance(color) < 0.25; }
+
 /// Dark violet at 0 over blue and green to light yellow at 1. Lightness grows evenly, so that the
 /// order survives grey print, and the hue runs from blue to yellow, which most colour-blind eyes
 /// tell apart. Values outside [0, 1] are clamped.

@@ -17,6 +17,10 @@ constexpr double kSurfaceSamples = 0.75;
 /// A field that is fitted does not reach 0 on its surfaces.
 constexpr double kSurfaceShareOfScale = 0.006;
 
+bool is_lower_bound(const SliceImage& slice, std::size_t i) {
+  return !slice.is_bound.empty() && slice.is_bound[i] != 0;
+}
+
 }  // namespace
 
 std::vector<double> DistanceScale::ticks() const {
@@ -32,7 +36,7 @@ DistanceScale distance_scale(const SliceImage& slice) {
   double nearest = INFINITY, largest = 0.0, largest_bound = 0.0;
   for (std::size_t i = 0; i < slice.distance.size(); ++i) {
     const auto d = static_cast<double>(slice.distance[i]);
-    const bool is_bound = !slice.is_bound.empty() && slice.is_bound[i] != 0;
+    const bool is_bound = is_lower_bound(slice, i);
     if (!std::isfinite(d)) {
       scale.has_unknown = true;
     } else if (is_bound) {
@@ -43,6 +47,7 @@ DistanceScale distance_scale(const SliceImage& slice) {
       largest = std::max(largest, d);
     }
   }
+  largest = std::max(largest, slice.largest_distance);
   const double shown = largest > 0.0 ? largest : largest_bound;
   if (shown > 0.0) scale.end = round_end(shown);
   scale.exceeds_end = largest_bound > scale.end;
@@ -55,3 +60,16 @@ DistanceScale distance_scale(const SliceImage& slice) {
 }
 
 }  // namespace gdfmap::drawing
+
+namespace gdfmap {
+
+double largest_estimate(const SliceImage& slice) {
+  double largest = 0.0;
+  for (std::size_t i = 0; i < slice.distance.size(); ++i) {
+    const auto d = static_cast<double>(slice.distance[i]);
+    if (std::isfinite(d) && !drawing::is_lower_bound(slice, i)) largest = std::max(largest, d);
+  }
+  return largest;
+}
+
+}  // namespace gdfmap

@@ -11,13 +11,6 @@ constexpr Color kUnknownStripe{0.62, 0.62, 0.62};
 constexpr double kPaleness = 0.55;
 constexpr double kBoundStripe = 0.6;
 
-/// 1 on stripes a quarter of the period wide, 0 between, blended over a pixel.
-double stripe(double place, double period) {
-  const double phase = place / period - std::floor(place / period);
-  const double from_centre = period * std::abs(phase - 0.5);
-  return std::clamp(period / 8.0 - from_centre + 0.5, 0.0, 1.0);
-}
-
 /// Distances by pixel of the plot.
 class Sampler {
  public:
@@ -76,6 +69,12 @@ double surface_coverage(double distance, double surface) {
 }
 
 }  // namespace
+
+double stripe(double place, double period) {
+  const double phase = place / period - std::floor(place / period);
+  const double from_centre = period * std::abs(phase - 0.5);
+  return std::clamp(period / 8.0 - from_centre + 0.5, 0.0, 1.0);
+}
 
 Color unknown_color(int x, int y, double period) {
   return mix(kUnknownGround, kUnknownStripe, stripe(x + y, period));

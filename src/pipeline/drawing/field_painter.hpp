@@ -6,6 +6,9 @@
 
 namespace gdfmap::drawing {
 
+/// 1 on stripes a quarter of the period wide, 0 between, blended over a pixel. All in pixels.
+[[nodiscard]] double stripe(double place, double period);
+
 /// What stands for unknown samples and lower bounds: stripes by the place of a pixel. `period` is
 /// that of the stripes, pixels.
 [[nodiscard]] Color unknown_color(int x, int y, double period);

@@ -46,13 +46,14 @@ double widest_label(const std::vector<double>& values, double step, double font)
   return width;
 }
 
-std::vector<LegendEntry> legend_entries(const DistanceScale& scale) {
+std::vector<LegendEntry> legend_entries(const SliceImage& slice, const DistanceScale& scale) {
   std::vector<LegendEntry> entries;
   if (scale.has_surface) entries.push_back({LegendKind::kSurface, "surface", {}});
   if (!scale.iso_levels().empty()) {
     const std::string step = label_of(scale.iso_step, scale.iso_step);
     entries.push_back({LegendKind::kIsoLine, "iso-lines every " + step + " m", {}});
   }
+  if (!slice.gradient_u.empty()) entries.push_back({LegendKind::kArrow, "gradient, slope 1", {}});
   if (scale.has_bound) entries.push_back({LegendKind::kBound, "lower bound only", {}});
   if (scale.has_unknown) entries.push_back({LegendKind::kUnknown, "unknown", {}});
   return entries;
@@ -108,7 +109,7 @@ FigureLayout make_layout(const SliceImage& slice, const DistanceScale& scale) {
     layout.v = make_axis(slice.v0, slice.height, slice.resolution,
                          kDenseTickSpacing * font / layout.plot.height);
   }
-  layout.legend = legend_entries(scale);
+  layout.legend = legend_entries(slice, scale);
 
   // From left to right.
   const double tick = (kTickLength + kTickGap) * font;

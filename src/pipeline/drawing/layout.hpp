@@ -11,7 +11,7 @@
 namespace gdfmap::drawing {
 
 /// What a legend explains: a swatch or a line, and its text.
-enum class LegendKind { kSurface, kIsoLine, kUnknown, kBound };
+enum class LegendKind { kSurface, kIsoLine, kArrow, kUnknown, kBound };
 struct LegendEntry {
   LegendKind kind;
   std::string text;
