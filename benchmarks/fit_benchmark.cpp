@@ -88,8 +88,9 @@ void fit_whole_cubes(benchmark::State& state) {
                                    held_out_position(n / k % k, 0), held_out_position(n % k, 0)}));
   }
   const std::vector<CubeSamples> cubes(64, CubeSamples{values, held_out, 0, 1.0, true});
+  CubeFitter fitter{FitConfig{}};
   for (auto _ : state) {
-    auto fits = fit_cubes(cubes, FitConfig{});
+    auto fits = fitter.fit(cubes);
     benchmark::DoNotOptimize(fits);
   }
   state.SetItemsProcessed(state.iterations() * static_cast<std::int64_t>(cubes.size()));

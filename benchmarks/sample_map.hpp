@@ -3,6 +3,7 @@
 #include <cstddef>
 #include <random>
 
+#include <gdfmap/field/quantization.hpp>
 #include <gdfmap/store/tile_record.hpp>
 
 namespace gdfmap {
@@ -11,21 +12,25 @@ namespace gdfmap {
 /// `num_gaussians` Gaussians each.
 inline TileRecord sample_tile(const TileKey& key, int num_cubes, std::size_t num_gaussians) {
   std::mt19937 random(1);
-  const auto uniform = [&](float low, float high) {
-    return low + (high - low) * static_cast<float>(random() % 10000) / 10000.0f;
+  const auto uniform = [&](double low, double high) {
+    return low + (high - low) * static_cast<double>(random() % 10000) / 10000.0;
   };
-  TileRecord tile{key, {1, 2}, {3, 4}, CubeCodec::kFloat32, 0.0, {}};
+  TileRecord tile{key, {{key, {1, 2}}}, {3, 4}, CubeCodec::kQuantized, 1.0, {}};
   for (int i = 0; i < num_cubes; ++i) {
     CubeRecord& cube = tile.cubes.emplace_back();
     cube.index = i;
-    cube.errors = {0.01f, 0.01f, 0.02f, 0.05f};
+    cube.errors = {0.0078125f, 0.0078125f, 0.015625f, 0.0625f};
     cube.gaussians = Gaussians(num_gaussians);
-    for (std::size_t row = 0; row < kNumGaussianRows; ++row) {
-      const bool is_root_sigma = row >= kRootSigmaX && row < kWeight;
-      for (float& value : cube.gaussians.row(row)) {
-        value = is_root_sigma ? uniform(0.4f, 1.0f) : uniform(-0.2f, 1.2f);
+    for (std::size_t k = 0; k < num_gaussians; ++k) {
+      for (std::size_t a = 0; a < 3; ++a) {
+        cube.gaussians.at(kMeanX + a, k) =
+            stored_mean(mean_of_code(mean_code(uniform(-0.2, 1.2))), 1.0);
+        cube.gaussians.at(kRootSigmaX + a, k) =
+            stored_root_sigma(sigma_of_code(sigma_code(uniform(0.16, 1.0))), 1.0);
       }
+      cube.gaussians.at(kWeight, k) = static_cast<float>(uniform(-0.2, 1.2));
     }
+    quantize_weights(cube.gaussians);
   }
   return tile;
 }

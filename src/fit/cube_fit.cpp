@@ -77,12 +77,13 @@ CubeErrors summary(std::array<double, kNumHeldOut>& errors) {
 /// Climbs the ladder with cubes of one class and level.
 class Ladder {
  public:
+  /// @param batch  large enough for the last step
   Ladder(const std::vector<int>& steps, const FitConfig& config, const CubeSamples& any,
-         InstructionSet set)
+         TensorBatch<float>& batch)
       : steps_(steps),
         config_(config),
         threshold_(config.mae_threshold * static_cast<double>(level_scale(any.level))),
-        batch_(steps.back(), set) {
+        batch_(batch) {
     for (int i = 0; i < kHeldOutPerAxis; ++i) {
       held_out_positions_[static_cast<std::size_t>(i)] = held_out_position(i, any.level);
     }
@@ -215,14 +216,19 @@ class Ladder {
   const std::vector<int>& steps_;
   const FitConfig& config_;
   double threshold_;
-  TensorBatch<float> batch_;
+  TensorBatch<float>& batch_;
   std::array<double, kHeldOutPerAxis> held_out_positions_;
 };
 
 }  // namespace
 
-std::vector<CubeFit> fit_cubes(std::span<const CubeSamples> cubes, const FitConfig& config,
-                               InstructionSet set) {
+CubeFitter::CubeFitter(const FitConfig& config, InstructionSet set)
+    : config_(config),
+      batch_(std::make_unique<TensorBatch<float>>(
+          std::max(config.populated_steps.back(), config.empty_steps.back()), set)) {}
+CubeFitter::~CubeFitter() = default;
+
+std::vector<CubeFit> CubeFitter::fit(std::span<const CubeSamples> cubes) {
   const FlushToZero flush_to_zero;
   std::vector<Climber> climbers;
   for (const CubeSamples& samples : cubes) climbers.push_back({&samples, {}, {}});
@@ -232,8 +238,8 @@ std::vector<CubeFit> fit_cubes(std::span<const CubeSamples> cubes, const FitConf
       if (c.samples->populated == populated) of_class.push_back(&c);
     }
     if (of_class.empty()) continue;
-    const std::vector<int>& steps = populated ? config.populated_steps : config.empty_steps;
-    Ladder(steps, config, *of_class.front()->samples, set).climb(std::move(of_class));
+    const std::vector<int>& steps = populated ? config_.populated_steps : config_.empty_steps;
+    Ladder(steps, config_, *of_class.front()->samples, *batch_).climb(std::move(of_class));
   }
   std::vector<CubeFit> fits;
   for (Climber& c : climbers) fits.push_back(std::move(c.best));

@@ -1,4 +1,5 @@
 #include <algorithm>
+#include <array>
 #include <bit>
 #include <cmath>
 #include <cstring>
@@ -235,6 +236,27 @@ float get_short_float(ByteReader& reader) {
   return std::bit_cast<float>(std::uint32_t{reader.get<std::uint16_t>()} << 16);
 }
 
+/// What is stored for each code of a mean and of a standard deviation, at one edge.
+class ShapeTable {
+ public:
+  explicit ShapeTable(double edge) {
+    for (int code = 0; code <= kMaxMeanCode; ++code) {
+      means_[static_cast<std::size_t>(code)] = stored_mean(mean_of_code(code), edge);
+    }
+    for (int code = 0; code <= kMaxSigmaCode; ++code) {
+      root_sigmas_[static_cast<std::size_t>(code)] = stored_root_sigma(sigma_of_code(code), edge);
+    }
+  }
+  [[nodiscard]] float mean(std::uint64_t code) const { return means_[code & kMaxMeanCode]; }
+  [[nodiscard]] float root_sigma(std::uint64_t code) const {
+    return root_sigmas_[code & kMaxSigmaCode];
+  }
+
+ private:
+  std::array<float, kMaxMeanCode + 1> means_;
+  std::array<float, kMaxSigmaCode + 1> root_sigmas_;
+};
+
 std::uint64_t code_of(const Gaussians& gaussians, std::size_t k, double edge, float largest) {
   std::uint64_t code = 0;
   for (std::size_t a = 0; a < 3; ++a) {
@@ -247,13 +269,11 @@ std::uint64_t code_of(const Gaussians& gaussians, std::size_t k, double edge, fl
   return code | static_cast<std::uint64_t>(weight + kMaxWeightCode) << 51;
 }
 
-void decode_gaussian(std::uint64_t code, double edge, float largest, Gaussians& gaussians,
-                     std::size_t k) {
+void decode_gaussian(std::uint64_t code, const ShapeTable& shapes, float largest,
+                     Gaussians& gaussians, std::size_t k) {
   for (std::size_t a = 0; a < 3; ++a) {
-    const auto mean = static_cast<int>(code >> (9 * a) & 0x1ff);
-    const auto sigma = static_cast<int>(code >> (27 + 8 * a) & 0xff);
-    gaussians.at(kMeanX + a, k) = stored_mean(mean_of_code(mean), edge);
-    gaussians.at(kRootSigmaX + a, k) = stored_root_sigma(sigma_of_code(sigma), edge);
+    gaussians.at(kMeanX + a, k) = shapes.mean(code >> (9 * a));
+    gaussians.at(kRootSigmaX + a, k) = shapes.root_sigma(code >> (27 + 8 * a));
   }
   const int weight = static_cast<int>(code >> 51) - kMaxWeightCode;
   if (weight > kMaxWeightCode) fail("a weight of a quantised Gaussian is out of range");
@@ -282,12 +302,13 @@ void put_short_cube(ByteWriter& writer, const CubeRecord& cube) {
 void put_short_cubes(ByteWriter& writer, const TileRecord& tile) {
   writer.put(tile.cube_edge);
   for (const CubeRecord& cube : tile.cubes) put_short_cube(writer, cube);
+  const ShapeTable shapes(tile.cube_edge);
   for (const CubeRecord& cube : tile.cubes) {
     const float largest = largest_weight(cube.gaussians);
     Gaussians decoded(cube.gaussians.size());
     for (std::size_t k = 0; k < decoded.size(); ++k) {
       const std::uint64_t code = code_of(cube.gaussians, k, tile.cube_edge, largest);
-      decode_gaussian(code, tile.cube_edge, largest, decoded, k);
+      decode_gaussian(code, shapes, largest, decoded, k);
       writer.put(code);
     }
     if (!(decoded == cube.gaussians)) {
@@ -323,10 +344,11 @@ CubeHead get_short_cube(ByteReader& reader) {
 std::vector<CubeRecord> get_short_cubes(ByteReader& reader, const TileHead& head, double edge) {
   check_size(reader, head, kShortCubeBytes, sizeof(std::uint64_t));
   std::vector<CubeHead> heads = get_heads(reader, head, get_short_cube);
+  const ShapeTable shapes(edge);
   for (CubeHead& h : heads) {
     Gaussians& gaussians = h.cube.gaussians;
     for (std::size_t k = 0; k < gaussians.size(); ++k) {
-      decode_gaussian(reader.get<std::uint64_t>(), edge, h.largest_weight, gaussians, k);
+      decode_gaussian(reader.get<std::uint64_t>(), shapes, h.largest_weight, gaussians, k);
     }
     // Otherwise the same cube would be written in other bytes.
     if (std::bit_cast<std::uint32_t>(largest_weight(gaussians)) !=

@@ -4,7 +4,6 @@
 
 #include <gdfmap/core/bytes.hpp>
 #include <gdfmap/field/quantization.hpp>
-#include <gdfmap/fit/cube_fit.hpp>
 
 namespace gdfmap {
 
@@ -57,12 +56,12 @@ CubeRecord record_of(const CubeJob& job, CubeFit fit, const Digest& input,
 }  // namespace
 
 std::vector<CubeRecord> run(std::span<const CubeJob> jobs, std::span<const Digest> inputs,
-                            const FitConfig& config) {
+                            const FitConfig& config, CubeFitter& fitter) {
   std::vector<CubeSamples> samples;
   for (const CubeJob& job : jobs) {
     samples.push_back({job.targets, job.held_out, job.key.level, job.edge, job.populated});
   }
-  std::vector<CubeFit> fits = fit_cubes(samples, config);
+  std::vector<CubeFit> fits = fitter.fit(samples);
   std::vector<CubeRecord> records;
   for (std::size_t i = 0; i < jobs.size(); ++i) {
     records.push_back(record_of(jobs[i], std::move(fits[i]), inputs[i], config));

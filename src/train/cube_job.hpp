@@ -5,7 +5,7 @@
 #include <vector>
 
 #include <gdfmap/edt/sample_lattice.hpp>
-#include <gdfmap/fit/fit_config.hpp>
+#include <gdfmap/fit/cube_fit.hpp>
 #include <gdfmap/store/tile_record.hpp>
 
 namespace gdfmap {
@@ -31,7 +31,9 @@ struct CubeJob {
 
 /// Fits cubes of one level: a pure function of each, whatever the others and the thread.
 /// @param inputs  their input digests
+/// @param fitter  of this configuration
 [[nodiscard]] std::vector<CubeRecord> run(std::span<const CubeJob> jobs,
-                                          std::span<const Digest> inputs, const FitConfig& config);
+                                          std::span<const Digest> inputs, const FitConfig& config,
+                                          CubeFitter& fitter);
 
 }  // namespace gdfmap

@@ -18,9 +18,15 @@ static_assert(kSide % kPacket == 0 && kSamplesPerEdge % kPacket == 0 &&
 /// Enough for one search to be worth its beginning, few enough to stand close together.
 constexpr std::size_t kPacketsPerChunk = 16;
 
-std::size_t lattice_index(int x, int y, int z) {
-  return (static_cast<std::size_t>(x) * kSide + static_cast<std::size_t>(y)) * kSide +
-         static_cast<std::size_t>(z);
+constexpr std::size_t kPacketSamples = kPacket * kPacket * kPacket;
+
+std::size_t packet_index(int x, int y, int z) {
+  return static_cast<std::size_t>((x * kPacketsPerSide + y) * kPacketsPerSide + z);
+}
+
+/// Of a sample within its packet.
+std::size_t place_in_packet(int x, int y, int z) {
+  return static_cast<std::size_t>((x * kPacket + y) * kPacket + z);
 }
 
 }  // namespace
@@ -29,7 +35,7 @@ TileSamples::TileSamples(const TileKey& key, std::vector<int> cubes, const Latti
                          ExactDistance& exact_distance)
     : key_(key), step_(lattice.step()), exact_distance_(&exact_distance), cubes_(std::move(cubes)) {
   select_packets();
-  targets_.resize(packets_.empty() ? 0 : lattice_index(kSide - 1, kSide - 1, kSide - 1) + 1);
+  targets_.resize(packets_.size() * kPacketSamples);
   held_out_.resize(cubes_.size() * kNumHeldOut);
 }
 
@@ -46,18 +52,19 @@ void TileSamples::select_packets() {
   constexpr int kPerEdge = kSamplesPerEdge / kPacket, kPerCube = kSamplesPerAxis / kPacket;
   static const auto places = morton_ordered_grid(kPacketsPerSide);
   static const auto of_cube = morton_ordered_grid(kPerCube);
-  const auto index = [](int x, int y, int z) {
-    return static_cast<std::size_t>((x * kPacketsPerSide + y) * kPacketsPerSide + z);
-  };
-  std::vector<bool> needed(places.size());
+  constexpr int kNotNeeded = -1, kNeeded = 0;
+  slots_.assign(places.size(), kNotNeeded);
   for (const int cube : cubes_) {
     const auto [cx, cy, cz] = cube_coordinates(cube);
     for (const auto& [x, y, z] : of_cube) {
-      needed[index(cx * kPerEdge + x, cy * kPerEdge + y, cz * kPerEdge + z)] = true;
+      slots_[packet_index(cx * kPerEdge + x, cy * kPerEdge + y, cz * kPerEdge + z)] = kNeeded;
     }
   }
   for (const auto& place : places) {
-    if (needed[index(place[0], place[1], place[2])]) packets_.push_back(place);
+    int& slot = slots_[packet_index(place[0], place[1], place[2])];
+    if (slot == kNotNeeded) continue;
+    slot = static_cast<int>(packets_.size());
+    packets_.push_back(place);
   }
 }
 
@@ -85,7 +92,7 @@ void TileSamples::look_up_targets(std::size_t chunk) {
       for (std::size_t a = 0; a < 3; ++a) at[a] = packets_[i][a] * kPacket + place[a];
       const auto offset = [&](int n) { return static_cast<int>(sample_offset(n, key_.level)); };
       samples.emplace_back(offset(at[0]), offset(at[1]), offset(at[2]));
-      targets.push_back(lattice_index(at[0], at[1], at[2]));
+      targets.push_back(i * kPacketSamples + place_in_packet(place[0], place[1], place[2]));
     }
   }
   const std::vector<float> found = distances(samples);
@@ -114,14 +121,18 @@ void TileSamples::look_up_held_out(std::size_t cube) {
 }
 
 void TileSamples::copy_targets(std::size_t n, std::span<float, kNumSamples> targets) const {
+  constexpr int kPerEdge = kSamplesPerEdge / kPacket, kPerCube = kSamplesPerAxis / kPacket;
   const auto [cx, cy, cz] = cube_coordinates(cubes_[n]);
   auto next = targets.begin();
   for (int x = 0; x < kSamplesPerAxis; ++x) {
     for (int y = 0; y < kSamplesPerAxis; ++y) {
-      const std::size_t row =
-          lattice_index(cx * kSamplesPerEdge + x, cy * kSamplesPerEdge + y, cz * kSamplesPerEdge);
-      next =
-          std::copy_n(targets_.begin() + static_cast<std::ptrdiff_t>(row), kSamplesPerAxis, next);
+      for (int packet = 0; packet < kPerCube; ++packet) {
+        const int slot = slots_[packet_index(cx * kPerEdge + x / kPacket,
+                                             cy * kPerEdge + y / kPacket, cz * kPerEdge + packet)];
+        const std::size_t row = static_cast<std::size_t>(slot) * kPacketSamples +
+                                place_in_packet(x % kPacket, y % kPacket, 0);
+        next = std::copy_n(targets_.begin() + static_cast<std::ptrdiff_t>(row), kPacket, next);
+      }
     }
   }
 }

@@ -42,7 +42,8 @@ class TileSamples {
   ExactDistance* exact_distance_;
   std::vector<int> cubes_;
   std::vector<std::array<int, 3>> packets_;  ///< of the sample lattice, that some cube needs
-  std::vector<float> targets_;  ///< on the tile's sample lattice; unset where no cube needs it
+  std::vector<int> slots_;      ///< of every packet of the lattice among packets_; or −1
+  std::vector<float> targets_;  ///< packet by packet, x slowest
   std::vector<float> held_out_;
 };
 

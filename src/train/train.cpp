@@ -7,6 +7,7 @@
 #include <gdfmap/core/error.hpp>
 #include <gdfmap/core/failpoint.hpp>
 #include <gdfmap/core/parallel.hpp>
+#include <gdfmap/core/pool.hpp>
 #include <gdfmap/train/train.hpp>
 
 #include "cube_job.hpp"
@@ -258,7 +259,8 @@ class LevelTrainer {
         jobs.push_back(job_of(*slot, works));
         inputs.push_back(slot->input);
       }
-      std::vector<CubeRecord> records = gdfmap::run(jobs, inputs, config_);
+      const auto fitter = fitters_.borrow([&] { return std::make_unique<CubeFitter>(config_); });
+      std::vector<CubeRecord> records = gdfmap::run(jobs, inputs, config_, *fitter);
       for (std::size_t i = 0; i < group.size(); ++i) {
         group[i]->record = std::move(records[i]);
         group[i]->done = true;
@@ -324,6 +326,7 @@ class LevelTrainer {
   const TilePlan& plan_;
   PointChanges changes_;
   ExactDistance& exact_distance_;
+  Pool<CubeFitter> fitters_;
   const RunContext& context_;
   TrainReport& report_;
 };

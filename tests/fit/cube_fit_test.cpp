@@ -12,7 +12,7 @@ namespace {
 
 CubeFit fit_cube(const CubeSamples& samples, const FitConfig& config,
                  InstructionSet set = best_instruction_set()) {
-  return fit_cubes(std::span(&samples, 1), config, set).front();
+  return CubeFitter(config, set).fit(std::span(&samples, 1)).front();
 }
 
 double wall(const Vector3& p) { return std::abs(p.x() - 0.3); }
@@ -83,18 +83,23 @@ TEST(FitCubes, AreTheSameAloneTogetherAndOnEveryInstructionSet) {
   FitConfig config;
   config.populated_steps = {4, 8};
   config.empty_steps = {4, 6};
-  const std::vector<CubeFit> expected = fit_cubes(samples, config);
+  CubeFitter fitter(config);
+  const std::vector<CubeFit> expected = fitter.fit(samples);
   const auto expect_equal = [&](const CubeFit& fit, std::size_t i) {
     EXPECT_EQ(fit.gaussians, expected[i].gaussians) << i;
     EXPECT_EQ(fit.errors.mae, expected[i].errors.mae);
     EXPECT_EQ(fit.errors.max, expected[i].errors.max);
     EXPECT_EQ(fit.num_iterations, expected[i].num_iterations);
   };
-  for (std::size_t i = 0; i < samples.size(); ++i) expect_equal(fit_cube(samples[i], config), i);
+  for (std::size_t i = 0; i < samples.size(); ++i) {
+    expect_equal(fit_cube(samples[i], config), i);
+    expect_equal(fitter.fit(std::span(samples).subspan(i, 1)).front(),
+                 i);  // whatever it did before
+  }
   for (const InstructionSet set :
        {InstructionSet::kPortable, InstructionSet::kAvx2, InstructionSet::kAvx512}) {
     if (!is_supported(set)) continue;
-    const std::vector<CubeFit> fits = fit_cubes(samples, config, set);
+    const std::vector<CubeFit> fits = CubeFitter(config, set).fit(samples);
     for (std::size_t i = 0; i < samples.size(); ++i) expect_equal(fits[i], i);
   }
 }

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <memory>
 #include <span>
 #include <vector>
 
@@ -8,6 +9,7 @@
 #include <gdfmap/field/cube_errors.hpp>
 #include <gdfmap/field/gaussians.hpp>
 #include <gdfmap/fit/fit_config.hpp>
+#include <gdfmap/fit/tensor_batch.hpp>
 
 namespace gdfmap {
 
@@ -31,11 +33,21 @@ struct CubeFit {
 /// Fits cubes: pursuit finds where Gaussians are missing, the solver moves all of them, the weights
 /// are solved for once more after rounding; again with more Gaussians for those whose held-out
 /// error does not meet the threshold yet. A cube's fit depends on its samples and the configuration
-/// alone, not on the others nor on the instruction set; many at a time make good use of a vector
-/// register. All cubes are of one level. Thread-safe.
-/// @param set  a supported one
-[[nodiscard]] std::vector<CubeFit> fit_cubes(std::span<const CubeSamples> cubes,
-                                             const FitConfig& config,
-                                             InstructionSet set = best_instruction_set());
+/// alone, not on the others, on what was fitted before nor on the instruction set; many at a time
+/// make good use of a vector register. Keeps its working memory, some megabytes, between calls. Not
+/// thread-safe.
+class CubeFitter {
+ public:
+  /// @param set  a supported one
+  explicit CubeFitter(const FitConfig& config, InstructionSet set = best_instruction_set());
+  ~CubeFitter();
+
+  /// @param cubes  of one level
+  [[nodiscard]] std::vector<CubeFit> fit(std::span<const CubeSamples> cubes);
+
+ private:
+  FitConfig config_;
+  std::unique_ptr<TensorBatch<float>> batch_;
+};
 
 }  // namespace gdfmap

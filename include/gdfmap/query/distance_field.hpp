@@ -147,21 +147,13 @@ struct std::tuple_element<I, gdfmap::FieldSample> {
 
 namespace gdfmap {
 
+/// A copy of the member at this place.
 template <std::size_t I>
-[[nodiscard]] constexpr const auto& get(const FieldSample& sample) {
-  if constexpr (I == 0)
-    return sample.distance;
-  else if constexpr (I == 1)
-    return sample.gradient;
-  else if constexpr (I == 2)
-    return sample.status;
-  else
-    return sample.expected_error;
-}
-template <std::size_t I>
-[[nodiscard]] constexpr auto& get(FieldSample& sample) {
-  return const_cast<std::tuple_element_t<I, FieldSample>&>(
-      get<I>(static_cast<const FieldSample&>(sample)));
+[[nodiscard]] constexpr std::tuple_element_t<I, FieldSample> get(const FieldSample& sample) {
+  if constexpr (I == 0) return sample.distance;
+  if constexpr (I == 1) return sample.gradient;
+  if constexpr (I == 2) return sample.status;
+  if constexpr (I == 3) return sample.expected_error;
 }
 
 }  // namespace gdfmap
