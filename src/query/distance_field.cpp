@@ -60,11 +60,22 @@ FieldModel make_model(TileSource& source, const DistanceFieldOptions& options) {
           margins_of(geometry, options.blend)};
 }
 
-void check_room(std::span<const Vector3> points_world, std::size_t room) {
-  if (points_world.size() == room) return;
-  throw Error(ErrorCode::kUsage, std::to_string(points_world.size()) + " points but room for " +
-                                     std::to_string(room) + " answers");
-}
+/// Writes answers where they belong, see FieldEvaluator. Scattered over memory, they would wait for
+/// it one after the other.
+template <typename Answer, typename Convert>
+struct Written {
+  Answer* answers;
+  const Convert& convert;
+
+  void expect(std::uint32_t i) const {
+    const auto* const place = reinterpret_cast<const char*>(answers + i);
+    __builtin_prefetch(place, 1);
+    __builtin_prefetch(place + sizeof(Answer) - 1, 1);
+  }
+  void take(std::uint32_t i, const FieldSample& sample) const { answers[i] = convert(sample); }
+};
+
+constexpr auto kUnchanged = [](const FieldSample& sample) { return sample; };
 
 }  // namespace
 
@@ -90,21 +101,26 @@ struct DistanceField::Impl {
     return *made_loader;
   }
 
-  /// take(i, answer) for every point, in no order, on several threads.
+  /// convert(answer) for every point, in parallel.
   /// @param tile_loader  see FieldEvaluator
-  template <typename Take>
-  void answer(std::span<const Vector3> points_world, Wanted wanted, TileLoader* tile_loader,
-              const Take& take) {
+  template <typename Answer, typename Convert>
+  void answer(std::span<const Vector3> points_world, std::span<Answer> answers, Wanted wanted,
+              TileLoader* tile_loader, const Convert& convert) {
+    if (points_world.size() != answers.size()) {
+      throw Error(ErrorCode::kUsage, std::to_string(points_world.size()) + " points but room for " +
+                                         std::to_string(answers.size()) + " answers");
+    }
     const std::shared_ptr<const FieldModel> snapshot = model();
     for (std::size_t first = 0; first < points_world.size(); first += kMaxOrdered) {
       const auto part =
           points_world.subspan(first, std::min(kMaxOrdered, points_world.size() - first));
       const std::vector<std::uint32_t> order = locality_order(part, snapshot->lattice);
+      const Written written{answers.data() + first, convert};
       const auto answer_chunk = [&](std::size_t chunk) {
         const std::size_t begin = chunk * kChunk;
         FieldEvaluator(*snapshot, cache, tile_loader)
             .at(part, std::span(order).subspan(begin, std::min(kChunk, order.size() - begin)),
-                wanted, [&](std::uint32_t i, const FieldSample& a) { take(first + i, a); });
+                wanted, written);
       };
       const std::size_t num_chunks = (order.size() + kChunk - 1) / kChunk;
       const auto threads = std::min(num_chunks, static_cast<std::size_t>(num_threads));
@@ -140,32 +156,25 @@ FieldSample DistanceField::at(const Vector3& p_world) const {
 
 void DistanceField::at(std::span<const Vector3> points_world,
                        std::span<FieldSample> samples) const {
-  check_room(points_world, samples.size());
-  impl_->answer(points_world, Impl::Wanted::kValueAndGradient, nullptr,
-                [&](std::size_t i, const FieldSample& answer) { samples[i] = answer; });
+  impl_->answer(points_world, samples, Impl::Wanted::kValueAndGradient, nullptr, kUnchanged);
 }
 
 void DistanceField::distances(std::span<const Vector3> points_world,
                               std::span<double> distances) const {
-  check_room(points_world, distances.size());
-  impl_->answer(points_world, Impl::Wanted::kValue, nullptr,
-                [&](std::size_t i, const FieldSample& answer) { distances[i] = answer.distance; });
+  impl_->answer(points_world, distances, Impl::Wanted::kValue, nullptr,
+                [](const FieldSample& sample) { return sample.distance; });
 }
 
 void DistanceField::conservative_distances(std::span<const Vector3> points_world,
                                            std::span<double> distances) const {
-  check_room(points_world, distances.size());
-  impl_->answer(points_world, Impl::Wanted::kValue, nullptr,
-                [&](std::size_t i, const FieldSample& answer) {
-                  distances[i] = answer.conservative_distance();
-                });
+  impl_->answer(points_world, distances, Impl::Wanted::kValue, nullptr,
+                [](const FieldSample& sample) { return sample.conservative_distance(); });
 }
 
 void DistanceField::try_at(std::span<const Vector3> points_world,
                            std::span<FieldSample> samples) const {
-  check_room(points_world, samples.size());
-  impl_->answer(points_world, Impl::Wanted::kValueAndGradient, &impl_->loader(),
-                [&](std::size_t i, const FieldSample& answer) { samples[i] = answer; });
+  impl_->answer(points_world, samples, Impl::Wanted::kValueAndGradient, &impl_->loader(),
+                kUnchanged);
 }
 
 void DistanceField::prefetch(std::span<const Vector3> points_world) const {

@@ -58,22 +58,6 @@ FieldSample FieldEvaluator::at(const Vector3& p_world) {
   return answer;
 }
 
-std::size_t FieldEvaluator::plan_group(std::span<const Vector3> points_world,
-                                       std::span<const std::uint32_t> order, Group& group) {
-  planner_.release();
-  terms_.clear();
-  const std::size_t size = std::min(kGroupSize, order.size());
-  for (const std::uint32_t next : order.subspan(size, std::min(size, order.size() - size))) {
-    __builtin_prefetch(&points_world[next]);
-  }
-  std::size_t count = 0;
-  do {
-    group.answers[count] = plan(points_world[order[count]]);
-    group.ends[count++] = static_cast<std::uint32_t>(terms_.size());
-  } while (count < size && !planner_.holds_many_tiles());
-  return count;
-}
-
 void FieldEvaluator::evaluate(Group& group, std::size_t count, Wanted wanted) const {
   if (wanted == Wanted::kValue) {
     model_.kernels->values(terms_.data(), group.ends, count, group.values);
