@@ -106,11 +106,9 @@ std::string evaluation_text(const Evaluation& evaluation) {
                                   fixed(evaluation.empty.own_cube_mae, 4) + " m in empty cubes"});
   rest.add({"expected error", fixed(evaluation.all.expected_error, 4) + " m on average (level 0)"});
   rest.add({"answers", counts_text(evaluation.answers)});
-  if (evaluation.beyond.total() > 0) {
-    rest.add({"in no cube", counts_text(evaluation.beyond)});
-    rest.add({"stated", fixed(100.0 * evaluation.stated_share, 1) + " % of the space within " +
-                            rounded(kMaxJudgedDistance) + " m of the points"});
-  }
+  if (evaluation.beyond.total() > 0) rest.add({"in no cube", counts_text(evaluation.beyond)});
+  rest.add({"stated", fixed(100.0 * evaluation.stated_share, 1) + " % of the space within " +
+                          rounded(kMaxJudgedDistance) + " m of the points, where it was judged"});
   rest.add({"set aside", grouped(evaluation.num_set_aside)});
   rest.add({"gradients", grouped(evaluation.all.num_nan_gradients) + " of " +
                              grouped(evaluation.all.num_gradients) + " not a number (level 0)"});

@@ -34,7 +34,7 @@ class MapFromAboveTest : public testing::Test {
 };
 
 TEST_F(MapFromAboveTest, TellsTrainedFromStaleFromUntrained) {
-  Map map = open_or_create_map(directory_ / "a.gdfmap", 1.0);
+  Map map = open_or_create_map(directory_ / "a.gdfmap", {1.0, 1});
   add_tile(map, 0, 0);
   add_tile(map, 3, 0);
   MapFromAbove view = look_from_above(map);
@@ -58,7 +58,7 @@ TEST_F(MapFromAboveTest, TellsTrainedFromStaleFromUntrained) {
 }
 
 TEST_F(MapFromAboveTest, MarksPoorCubes) {
-  Map map = open_or_create_map(directory_ / "a.gdfmap", 1.0);
+  Map map = open_or_create_map(directory_ / "a.gdfmap", {1.0, 1});
   test::write_cloud(directory_ / "a.ply", test::scene_points("sphere", 2000, 3.0));
   ingest(directory_ / "a.ply", map);
   FitConfig config;
@@ -69,7 +69,7 @@ TEST_F(MapFromAboveTest, MarksPoorCubes) {
 
 TEST_F(MapFromAboveTest, ImportedMapsHaveCubesAlone) {
   {
-    Map map = open_or_create_map(directory_ / "a.gdfmap", 1.0);
+    Map map = open_or_create_map(directory_ / "a.gdfmap", {1.0, 1});
     add_tile(map, 1, 2);
     train(map);
     export_model(map, directory_ / "a.bin");
