@@ -12,6 +12,7 @@
 #include <string_view>
 #include <vector>
 
+#include <gdfmap/store/surroundings.hpp>
 #include <gdfmap/store/tile_codec.hpp>
 #include <gdfmap/tiling/block_codec.hpp>
 
@@ -71,6 +72,9 @@ void write_tiles(const fs::path& corpus) {
   write_seed(seed_path(corpus, "tile", "two"), encode_tile(small));
   write_seed(seed_path(corpus, "tile", "four"), encode_tile(test::sample_tile({0, 1, 2, 3}, 1)));
   write_seed(seed_path(corpus, "tile", "quantized"), encode_tile(test::quantized_tile(1.0)));
+  const TileRecord tile = test::sample_tile({0, 1, 2, 3}, 1);
+  write_seed(seed_path(corpus, "surroundings", "two"),
+             encode_surroundings(tile.key, tile.surroundings));
 }
 
 void write_models(const fs::path& corpus) {
