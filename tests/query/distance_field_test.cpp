@@ -303,10 +303,9 @@ TEST(DistanceField, ConservativeDistanceIsNeverNegative) {
 }
 
 TEST(DistanceField, SamplesBindTheirFirstFourMembers) {
-  FieldSample sample{1.0, Vector3::UnitX(), FieldStatus::kFine, 0.5, 2.0};
-  auto& [distance, gradient, status, expected_error] = sample;
-  distance = 3.0;
-  EXPECT_EQ(sample.distance, 3.0);
+  const FieldSample sample{1.0, Vector3::UnitX(), FieldStatus::kFine, 0.5, 2.0};
+  const auto [distance, gradient, status, expected_error] = sample;
+  EXPECT_EQ(distance, 1.0);
   EXPECT_EQ(gradient, Vector3::UnitX());
   EXPECT_EQ(status, FieldStatus::kFine);
   EXPECT_EQ(expected_error, 0.5);

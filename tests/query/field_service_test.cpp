@@ -72,7 +72,7 @@ TEST(DistanceFieldService, TheCacheChangesNoAnswer) {
 }
 
 TEST(DistanceFieldService, ABatchFetchesEachTileAFewTimesHoweverItIsOrdered) {
-  FieldBuilder builder({});
+  FieldBuilder builder({1.0, 0.25, 1});
   std::mt19937 random(1);
   for (int x = 0; x < 10; ++x) {
     for (int y = 0; y < 10; ++y) {
