@@ -167,9 +167,11 @@ class MapFigure {
         y_{"y [m]", map.tile_edge * static_cast<double>(cells_.y0()),
            map.tile_edge * static_cast<double>(cells_.y0()) + cell_edge_ * cells_.height()},
         bar_label_x_(plot_.right() + kBarGap + kBarWidth + kTickGap + widest_tick(points_) + kFont),
+        bar_height_(std::max(plot_.height, kMinBar)),
         canvas_(static_cast<int>(std::max(kMinWidth, bar_label_x_ + 1.5 * kFont)),
-                static_cast<int>(plot_.bottom() + kAxisHeight +
-                                 kLegendLine * static_cast<double>(legend_.size() + 1))) {}
+                static_cast<int>(std::max(plot_.bottom() + kAxisHeight +
+                                              kLegendLine * static_cast<double>(legend_.size() + 1),
+                                          plot_.y + bar_height_ + kFont))) {}
 
   Bytes draw() {
     paint_cells();
@@ -196,8 +198,7 @@ class MapFigure {
   }
 
   void draw_points_bar() {
-    const Rectangle bar{plot_.right() + kBarGap, plot_.y, kBarWidth,
-                        std::max(plot_.height, kMinBar)};
+    const Rectangle bar{plot_.right() + kBarGap, plot_.y, kBarWidth, bar_height_};
     const auto height = static_cast<int>(bar.height);
     canvas_.fill_pixels(static_cast<int>(bar.x), static_cast<int>(bar.y),
                         static_cast<int>(bar.width), height,
@@ -248,7 +249,7 @@ class MapFigure {
   std::vector<LegendItem> legend_;
   double tile_edge_;
   ChartAxis x_, y_;
-  double bar_label_x_;
+  double bar_label_x_, bar_height_;
   Canvas canvas_;
 };
 
