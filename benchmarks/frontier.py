@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 """Error, bytes and speed of presets and other settings of the fit, on one cloud.
 
-Trains a map of the cloud with each setting, one thread, evaluates it and writes a table in Markdown.
+Trains a map of the cloud, of level 0 alone, with each setting, one thread, evaluates it and writes a table in Markdown.
 Speed is cubes a second of CPU time of the whole `gdfmap train` process, the best of several runs, which a
 busy machine disturbs least. --plot needs Debian's python3-cairo.
 
@@ -219,7 +219,7 @@ def main():
     with tempfile.TemporaryDirectory() as directory:
         ingested = os.path.join(directory, "ingested.gdfmap")
         program.run("ingest", ingested, options.cloud, "--cube-size", str(options.cube_size),
-                    "--quiet")
+                    "--levels", "1", "--quiet")
         rows = [measure(program, ingested, name, yaml, directory, options)
                 for name, yaml in settings(options.cube_size)]
     print(table(rows))

@@ -167,9 +167,12 @@ class MapFigure {
         y_{"y [m]", map.tile_edge * static_cast<double>(cells_.y0()),
            map.tile_edge * static_cast<double>(cells_.y0()) + cell_edge_ * cells_.height()},
         bar_label_x_(plot_.right() + kBarGap + kBarWidth + kTickGap + widest_tick(points_) + kFont),
-        canvas_(static_cast<int>(std::max(kMinWidth, bar_label_x_ + 1.5 * kFont)),
-                static_cast<int>(plot_.bottom() + kAxisHeight +
-                                 kLegendLine * static_cast<double>(legend_.size() + 1))) {}
+        bar_height_(std::max(plot_.height, kMinBar)),
+        legend_top_(std::max(plot_.bottom() + kAxisHeight, plot_.y + bar_height_ + kFont)),
+        canvas_(
+            static_cast<int>(std::max(kMinWidth, bar_label_x_ + 1.5 * kFont)),
+            static_cast<int>(legend_top_ + kLegendLine * static_cast<double>(legend_.size() + 1))) {
+  }
 
   Bytes draw() {
     paint_cells();
@@ -196,8 +199,7 @@ class MapFigure {
   }
 
   void draw_points_bar() {
-    const Rectangle bar{plot_.right() + kBarGap, plot_.y, kBarWidth,
-                        std::max(plot_.height, kMinBar)};
+    const Rectangle bar{plot_.right() + kBarGap, plot_.y, kBarWidth, bar_height_};
     const auto height = static_cast<int>(bar.height);
     canvas_.fill_pixels(static_cast<int>(bar.x), static_cast<int>(bar.y),
                         static_cast<int>(bar.width), height,
@@ -216,7 +218,7 @@ class MapFigure {
 
   /// Below the axes: the scale bar, then a line for each thing that is shown.
   void draw_legend() {
-    double y = plot_.bottom() + kAxisHeight + 0.5 * kLegendLine;
+    double y = legend_top_ + 0.5 * kLegendLine;
     const double pixels_per_metre = pixels_ / cell_edge_;
     const double length = round_step(kScaleBarShare * plot_.width / pixels_per_metre);
     const double end = plot_.x + length * pixels_per_metre;
@@ -248,7 +250,7 @@ class MapFigure {
   std::vector<LegendItem> legend_;
   double tile_edge_;
   ChartAxis x_, y_;
-  double bar_label_x_;
+  double bar_label_x_, bar_height_, legend_top_;
   Canvas canvas_;
 };
 

@@ -105,6 +105,10 @@ Canvas::~Canvas() = default;
 void Canvas::fill_pixels(int x, int y, int width, int height,
                          const std::function<Color(int, int)>& color) {
   cairo_surface_t* const surface = impl_->surface.get();
+  const bool is_inside = x >= 0 && y >= 0 && width >= 0 && height >= 0 &&
+                         x + width <= cairo_image_surface_get_width(surface) &&
+                         y + height <= cairo_image_surface_get_height(surface);
+  if (!is_inside) throw Error(ErrorCode::kInternal, "drawing failed: outside the picture");
   cairo_surface_flush(surface);
   unsigned char* const data = cairo_image_surface_get_data(surface);
   const auto stride = static_cast<std::ptrdiff_t>(cairo_image_surface_get_stride(surface));

@@ -48,6 +48,7 @@ class Canvas {
   Canvas& operator=(const Canvas&) = delete;
 
   /// Sets every pixel of a rectangle; color(x, y) counts from its corner.
+  /// @throws Error kInternal when it reaches beyond the picture.
   void fill_pixels(int x, int y, int width, int height,
                    const std::function<Color(int, int)>& color);
   void stroke_line(std::span<const Point> points, const Stroke& stroke);
