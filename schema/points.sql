@@ -49,8 +49,8 @@ CREATE TABLE tiles (
 CREATE TABLE tile_sources (
   tile        INTEGER NOT NULL REFERENCES tiles (id),
   source      INTEGER NOT NULL REFERENCES sources (id),
-  digest_low  INTEGER NOT NULL,  -- sum modulo 2^128 of the hashes of every accepted point, before
-  digest_high INTEGER NOT NULL,  --   duplicates are removed and voxels thinned
+  digest_low  INTEGER NOT NULL,  -- sum modulo 2^128 of the hashes of every accepted point's world
+  digest_high INTEGER NOT NULL,  --   lattice coordinates, before duplicates go and voxels are thinned
   num_points  INTEGER NOT NULL,  -- stored
   num_blocks  INTEGER NOT NULL,
   block_bytes INTEGER NOT NULL,

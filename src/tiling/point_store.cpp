@@ -37,8 +37,8 @@ TileKey read_tile_key(const db::Statement& row) {
 /// Of a share of a tile, from a row of tile_query() and its summary.
 Digest share_digest(const db::Statement& row, const TileSummary& summary) {
   ByteWriter hashed;
-  for (int column = 0; column < 4; ++column) hashed.put(row.integer(column));
   hashed.put(summary.digest);
+  hashed.put(row.integer(3));
   return hash128(hashed.bytes());
 }
 

@@ -67,7 +67,7 @@ TEST_F(Paths, RaysHitTheGroundAndTheSkyDoesNot) {
   EXPECT_LE(rays[0].at("free_range"), rays[0].at("range"));
   EXPECT_EQ(rays[1].at("end"), "max_range");
   EXPECT_EQ(rays[1].at("range"), 20.0);
-  EXPECT_EQ(rays[1].at("status"), "far");
+  EXPECT_EQ(rays[1].at("status"), "coarse");
 }
 
 TEST_F(Paths, TablesHaveAHeaderAndARowEach) {

@@ -53,8 +53,9 @@ struct SourceRecord {
 struct TilePoints {
   TileKey key;
   CubeMask cubes;
-  /// Of the tile and its point set: independent of order, blocks and duplicates in a block. The sum
-  /// of those of its shares.
+  /// Of the tile's point set: independent of order, blocks and duplicates in a block. The sum of
+  /// those of its shares, from which sums over several tiles tell them apart: points are hashed by
+  /// their place in the world.
   Digest digest;
   std::uint64_t num_points = 0;  ///< stored, over all blocks; what they share is counted again
 };
@@ -62,7 +63,7 @@ struct TilePoints {
 /// What one published source has in a tile.
 struct SourceShare {
   std::int64_t source = 0;
-  Digest digest;  ///< of the tile, the points and the voxels
+  Digest digest;  ///< of the points and the voxels
   CubeMask cubes;
 };
 
