@@ -59,15 +59,15 @@ TEST_F(Paths, ARobotThatDoesNotIsToldHowFarItMayGo) {
 
 TEST_F(Paths, RaysHitTheGroundAndTheSkyDoesNot) {
   const Json rays = query({"--ray", "0.1,0.2,1.5,0,0,-2", "--ray", "0.1,0.2,1.5,0,0,1",
-                           "--max-range", "20", "--radius", "0.1"});
+                           "--max-range", "60", "--radius", "0.1"});
   ASSERT_EQ(rays.size(), 2u);
   EXPECT_EQ(rays[0].at("end"), "hit");
   EXPECT_NEAR(rays[0].at("range").get<double>(), 1.4, 0.05);
   EXPECT_NEAR(rays[0].at("hit_z").get<double>(), 0.1, 0.05);
   EXPECT_LE(rays[0].at("free_range"), rays[0].at("range"));
   EXPECT_EQ(rays[1].at("end"), "max_range");
-  EXPECT_EQ(rays[1].at("range"), 20.0);
-  EXPECT_EQ(rays[1].at("status"), "coarse");
+  EXPECT_EQ(rays[1].at("range"), 60.0);
+  EXPECT_EQ(rays[1].at("status"), "far");
 }
 
 TEST_F(Paths, TablesHaveAHeaderAndARowEach) {
