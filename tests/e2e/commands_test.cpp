@@ -149,10 +149,9 @@ TEST_F(Commands, InfoOfACloudReadsEveryPoint) {
 TEST_F(Commands, TileListsAndLooksIn) {
   const std::string map = trained_map();
   const Json listed = json_of({"tile", map, "--list"}).at("tiles");
-  EXPECT_EQ(
-      std::ranges::count(listed, 0, [](const Json& tile) { return tile.at("level").get<int>(); }),
-      8);
-  EXPECT_GT(listed.size(), 8u) << "coarser levels";
+  EXPECT_EQ(std::count_if(listed.begin(), listed.end(),
+                          [](const Json& tile) { return tile.at("level") == 0; }),
+            8);
   const Json tile = json_of({"tile", map, "--at", "0.1,0.1,0.1"});
   EXPECT_EQ(json_of({"tile", map, "--key", "0,0,0,0"}), tile);
   EXPECT_EQ(tile.at("cubes").size(), tile.at("num_cubes"));
