@@ -1,3 +1,5 @@
+#include <limits>
+
 #include <gdfmap/core/error.hpp>
 #include <gdfmap/store/surroundings.hpp>
 
@@ -5,10 +7,10 @@ namespace gdfmap {
 namespace {
 
 constexpr std::size_t kEntryBytes = 3 + 16;
-constexpr std::int64_t kMaxOffset = 127;
+using Limits = std::numeric_limits<std::int8_t>;
 
 std::int8_t offset(std::int64_t from, std::int64_t to) {
-  if (to - from < -kMaxOffset || to - from > kMaxOffset) {
+  if (to - from < Limits::min() || to - from > Limits::max()) {
     throw Error(ErrorCode::kInternal, "a tile was made from points too far away");
   }
   return static_cast<std::int8_t>(to - from);

@@ -9,7 +9,7 @@
 namespace gdfmap {
 
 /// What a tile was made from, as schema/tile_format.md specifies it. The tiles are of its level, in
-/// key order, at most 127 tiles away along each axis.
+/// key order, from 128 tiles before to 127 behind along each axis.
 /// @throws Error kInternal for others.
 [[nodiscard]] Bytes encode_surroundings(const TileKey& tile,
                                         std::span<const SurroundingTile> surroundings);
