@@ -82,7 +82,8 @@ class Ladder {
          TensorBatch<float>& batch)
       : steps_(steps),
         config_(config),
-        threshold_(config.mae_threshold * static_cast<double>(level_scale(any.level))),
+        threshold_((any.populated ? config.mae_threshold : config.empty_mae_threshold) *
+                   static_cast<double>(level_scale(any.level))),
         batch_(batch) {
     for (int i = 0; i < kHeldOutPerAxis; ++i) {
       held_out_positions_[static_cast<std::size_t>(i)] = held_out_position(i, any.level);

@@ -66,6 +66,7 @@ void for_each_member(Config& config, const Visit& visit) {
   visit("adaptive.populated_steps", config.populated_steps);
   visit("adaptive.empty_steps", config.empty_steps);
   visit("adaptive.mae_threshold", config.mae_threshold);
+  visit("adaptive.empty_mae_threshold", config.empty_mae_threshold);
   visit("adaptive.empty_distance_threshold", config.empty_distance_threshold);
   visit("trainer.mae_threshold_max", config.mae_threshold_max);
   visit("solver.max_iterations", config.max_iterations);
@@ -105,15 +106,16 @@ FitConfig FitConfig::preset(FitPreset preset, double cube_size) {
   if (preset == FitPreset::kFast) {
     config.populated_steps = {8, 16};
     config.empty_steps = {4, 8};
-    config.mae_threshold = 0.025;
+    config.mae_threshold = config.empty_mae_threshold = 0.025;
     config.max_iterations = 12;
   } else if (preset == FitPreset::kBest) {
     config.populated_steps = {8, 16, 32, 48};
     config.empty_steps = {8, 16, 32};
-    config.mae_threshold = 0.006;
+    config.mae_threshold = config.empty_mae_threshold = 0.006;
     config.max_iterations = 30;
   }
   config.mae_threshold *= cube_size;
+  config.empty_mae_threshold *= cube_size;
   config.mae_threshold_max *= cube_size;
   config.empty_distance_threshold *= cube_size;
   return config;

@@ -143,6 +143,7 @@ const std::vector<Key>& keys() {
       {"adaptive.populated_steps", ladder(&C::populated_steps)},
       {"adaptive.empty_steps", ladder(&C::empty_steps)},
       {"adaptive.mae_threshold", number(&C::mae_threshold, 0.0, kMostMetres)},
+      {"adaptive.empty_mae_threshold", number(&C::empty_mae_threshold, 0.0, kMostMetres)},
       {"adaptive.empty_distance_threshold", number(&C::empty_distance_threshold, 0.0, kMostMetres)},
       none("edt.voxel_size", kExactTargets),
       none("edt.margin_signed", "signed fields are not supported"),
@@ -257,7 +258,8 @@ FitConfig Configuration::fit_config(double map_cube_size) const {
   FitConfig config = FitConfig::preset(preset.value_or(FitPreset::kBalanced), map_cube_size);
   if (populated_steps) config.populated_steps = *populated_steps;
   if (empty_steps) config.empty_steps = *empty_steps;
-  if (mae_threshold) config.mae_threshold = *mae_threshold;
+  if (mae_threshold) config.mae_threshold = config.empty_mae_threshold = *mae_threshold;
+  if (empty_mae_threshold) config.empty_mae_threshold = *empty_mae_threshold;
   if (mae_threshold_max) config.mae_threshold_max = *mae_threshold_max;
   if (empty_distance_threshold) config.empty_distance_threshold = *empty_distance_threshold;
   if (max_iterations) config.max_iterations = *max_iterations;

@@ -47,7 +47,9 @@ TEST(FitCube, GrowsOnlyWhereTheErrorAsksForIt) {
   config.mae_threshold = 1.0;
   const test::CubeTargets targets(test::planes_distance(3));
   EXPECT_EQ(fit_cube(targets.samples(true), config).gaussians.size(), 8u);
-  config.mae_threshold = 0.0;
+  config.empty_mae_threshold = 1.0;
+  EXPECT_EQ(fit_cube(targets.samples(false), config).gaussians.size(), 4u);
+  config.mae_threshold = config.empty_mae_threshold = 0.0;
   EXPECT_EQ(fit_cube(targets.samples(true), config).gaussians.size(), 32u);
   EXPECT_EQ(fit_cube(targets.samples(false), config).gaussians.size(), 16u);
 }

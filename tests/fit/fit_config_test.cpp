@@ -11,6 +11,7 @@ TEST(FitConfig, CanonicalTextReadsBack) {
   config.populated_steps = {4, 8, 12};
   config.empty_steps = {2};
   config.mae_threshold = 0.1 + 0.2;
+  config.empty_mae_threshold = 0.7;
   config.max_iterations = 33;
   config.solver = Solver::kCeres;
   config.codec = CubeCodec::kFloat32;
@@ -19,7 +20,7 @@ TEST(FitConfig, CanonicalTextReadsBack) {
 
 TEST(FitConfig, EveryMemberChangesTheCanonicalText) {
   const FitConfig base;
-  std::vector<FitConfig> changed(8, base);
+  std::vector<FitConfig> changed(9, base);
   changed[0].populated_steps = {8};
   changed[1].empty_steps = {8};
   changed[2].mae_threshold *= 2;
@@ -28,6 +29,7 @@ TEST(FitConfig, EveryMemberChangesTheCanonicalText) {
   changed[5].max_iterations += 1;
   changed[6].solver = Solver::kCeres;
   changed[7].codec = CubeCodec::kFloat32;
+  changed[8].empty_mae_threshold *= 2;
   for (const FitConfig& config : changed) {
     EXPECT_NE(config.canonical(), base.canonical());
     EXPECT_EQ(config.differing_keys(base).size(), 1u);
@@ -37,6 +39,7 @@ TEST(FitConfig, EveryMemberChangesTheCanonicalText) {
 TEST(FitConfig, ThresholdsGrowWithTheCube) {
   const FitConfig config = FitConfig::defaults(4.0);
   EXPECT_DOUBLE_EQ(config.mae_threshold, 4.0 * FitConfig{}.mae_threshold);
+  EXPECT_DOUBLE_EQ(config.empty_mae_threshold, 4.0 * FitConfig{}.empty_mae_threshold);
   EXPECT_DOUBLE_EQ(config.empty_distance_threshold, 8.0);
 }
 

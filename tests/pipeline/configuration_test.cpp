@@ -61,6 +61,7 @@ TEST_F(ConfigurationTest, AcceptsTheAncestorsFile) {
   const FitConfig fit = c.fit_config(1.0);
   EXPECT_EQ(fit.empty_steps, (std::vector<int>{2, 4, 8, 16}));
   EXPECT_EQ(fit.mae_threshold, 0.03);
+  EXPECT_EQ(fit.empty_mae_threshold, 0.03) << "one threshold for all, as there";
   EXPECT_EQ(fit.max_iterations, 200);
 }
 
@@ -116,6 +117,13 @@ TEST_F(ConfigurationTest, RefusesWhatIsNoYamlAndWhatIsNotThere) {
   } catch (const Error& error) {
     EXPECT_EQ(error.code(), ErrorCode::kIo);
   }
+}
+
+TEST_F(ConfigurationTest, EmptyCubesHaveAThresholdOfTheirOwn) {
+  const FitConfig both =
+      load("adaptive: {mae_threshold: 0.02, empty_mae_threshold: 0.01}").fit_config(1.0);
+  EXPECT_EQ(both.mae_threshold, 0.02);
+  EXPECT_EQ(both.empty_mae_threshold, 0.01);
 }
 
 TEST_F(ConfigurationTest, AnEmptyFileGivesTheDefaults) {

@@ -29,8 +29,9 @@ enum class FitPreset : std::uint8_t { kFast, kBalanced, kBest };
 /// at level n they count 4ⁿ times as much.
 struct FitConfig {
   std::vector<int> populated_steps = {8, 16, 32};  ///< numbers of Gaussians tried, ascending
-  std::vector<int> empty_steps = {8, 16};          ///< the same for cubes without points
+  std::vector<int> empty_steps = {4, 8, 16};       ///< the same for cubes without points
   double mae_threshold = 0.0125;          ///< held-out mean absolute error at which growth ends
+  double empty_mae_threshold = 0.009;     ///< the same for cubes without points
   double mae_threshold_max = 0.30;        ///< beyond it a cube is marked poor
   double empty_distance_threshold = 2.0;  ///< cubes whose centre is this near to a point are fitted
   int max_iterations = 20;                ///< of the optimiser, for each number of Gaussians

@@ -24,7 +24,8 @@ struct Configuration {
   std::optional<FitPreset> preset;
   std::optional<std::vector<int>> populated_steps;
   std::optional<std::vector<int>> empty_steps;
-  std::optional<double> mae_threshold;
+  std::optional<double> mae_threshold;        ///< metres; alone it is that of empty cubes too
+  std::optional<double> empty_mae_threshold;  ///< metres
   std::optional<double> mae_threshold_max;
   std::optional<double> empty_distance_threshold;
   std::optional<int> max_iterations;
