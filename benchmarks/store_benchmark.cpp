@@ -128,17 +128,28 @@ void put_into_plain_sqlite(benchmark::State& state) {
 }
 BENCHMARK(put_into_plain_sqlite)->Unit(benchmark::kMillisecond)->UseRealTime();
 
-void read_from_store(benchmark::State& state) {
+template <typename Read>
+void read_tiles(benchmark::State& state, const Read& read) {
   const test::TemporaryDirectory directory;
   const std::vector<TileRecord> tiles = sample_tiles();
   CubeStore(directory / "cubes.db", db::OpenMode::kCreate).put(tiles);
   CubeStore store(directory / "cubes.db", db::OpenMode::kRead);
   for (auto _ : state) {
-    for (const TileRecord& tile : tiles) benchmark::DoNotOptimize(store.read(tile.key));
+    for (const TileRecord& tile : tiles) benchmark::DoNotOptimize(read(store, tile.key));
   }
   count_tiles(state);
 }
+
+void read_from_store(benchmark::State& state) {
+  read_tiles(state, [](CubeStore& store, const TileKey& key) { return store.read_encoded(key); });
+}
 BENCHMARK(read_from_store)->Unit(benchmark::kMillisecond)->UseRealTime();
+
+/// The same with checksums and decoding, which threads do side by side.
+void read_and_decode(benchmark::State& state) {
+  read_tiles(state, [](CubeStore& store, const TileKey& key) { return store.read(key); });
+}
+BENCHMARK(read_and_decode)->Unit(benchmark::kMillisecond)->UseRealTime();
 
 void read_from_plain_sqlite(benchmark::State& state) {
   const test::TemporaryDirectory directory;

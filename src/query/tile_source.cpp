@@ -65,7 +65,9 @@ StoreTileSource::StoreTileSource(const std::filesystem::path& path, const Geomet
 }
 
 std::optional<TileRecord> StoreTileSource::load(const TileKey& key) {
-  return Lease(*this)->read(key);
+  // The connection is free for others before the cubes are decoded.
+  const std::optional<EncodedTile> tile = Lease(*this)->read_encoded(key);
+  return tile ? std::optional(decode(*tile, path_.string())) : std::nullopt;
 }
 
 std::optional<TileVersion> StoreTileSource::version(const TileKey& key) {

@@ -87,6 +87,16 @@ class TileWriter {
   db::Database& database_;
 };
 
+/// read(), whose errors name the database and the tile.
+template <typename Read>
+auto naming(const std::string& database, const TileKey& tile, const Read& read) {
+  try {
+    return read();
+  } catch (const Error& error) {
+    throw Error(error.code(), database + ": " + tile_name(tile) + ": " + error.what());
+  }
+}
+
 std::vector<OccupiedTile> in_key_order(std::span<const OccupiedTile> tiles) {
   std::vector<OccupiedTile> sorted(tiles.begin(), tiles.end());
   std::ranges::sort(sorted, {}, &OccupiedTile::key);
@@ -150,6 +160,10 @@ EncodedTile encode(const TileRecord& tile) {
   return encoded;
 }
 
+TileRecord decode(const EncodedTile& tile, const std::string& database) {
+  return naming(database, tile.state.key, [&] { return decode(tile); });
+}
+
 void CubeStore::put(std::span<const EncodedTile> tiles) {
   impl_->put(tiles, [](const EncodedTile& tile) -> const EncodedTile& { return tile; });
 }
@@ -200,17 +214,18 @@ std::optional<TileState> CubeStore::find_state(const TileKey& key) {
   return read_state(impl_->find, impl_->name());
 }
 
-std::optional<TileRecord> CubeStore::read(const TileKey& key) {
+std::optional<EncodedTile> CubeStore::read_encoded(const TileKey& key) {
   db::Statement& row = impl_->read;
   const RowGuard guard(row);
   bind_key(row, key);
   if (!row.step()) return std::nullopt;
   const TileState state = read_state(row, impl_->name());
-  try {
-    return read_tile(row, state);
-  } catch (const Error& error) {
-    throw Error(error.code(), impl_->name() + ": " + tile_name(key) + ": " + error.what());
-  }
+  return naming(impl_->name(), key, [&] { return read_tile(row, state); });
+}
+
+std::optional<TileRecord> CubeStore::read(const TileKey& key) {
+  const auto tile = read_encoded(key);
+  return tile ? std::optional(decode(*tile, impl_->name())) : std::nullopt;
 }
 
 std::vector<OccupiedTile> CubeStore::occupied() {

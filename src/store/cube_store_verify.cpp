@@ -45,9 +45,9 @@ bool same_counts(const TileState& a, const TileState& b) {
 }
 
 /// Why the cubes of a tile cannot be trusted; null when they can.
-const char* fault_of(const db::Statement& row, const TileState& state) {
-  const TileState actual = summarize(
-      read_tile(row, state), static_cast<std::size_t>(row.blob(kNumStateColumns + 2).size()));
+const char* fault_of(const EncodedTile& tile) {
+  const TileState& state = tile.state;
+  const TileState actual = summarize(decode(tile), tile.cubes.size());
   if (!same_counts(actual, state)) return "cubes differ from its row's counts";
   if (actual.content != state.content) return "content digest does not match";
   return nullptr;
@@ -92,7 +92,7 @@ class TileChecker {
       if (!select_.bind(id).step()) return std::nullopt;
       const TileState state = read_state(select_, database_.path().string());
       place = tile_name(state.key) + ": ";
-      const char* const fault = fault_of(select_, state);
+      const char* const fault = fault_of(read_tile(select_, state));
       return fault == nullptr ? std::nullopt : std::optional(place + fault);
     } catch (const Error& error) {
       if (error.code() != ErrorCode::kCorrupt && error.code() != ErrorCode::kIo) throw;

@@ -53,22 +53,29 @@ TileState read_state(const db::Statement& row, const std::string& database_name)
   return state;
 }
 
-TileRecord read_tile(const db::Statement& row, const TileState& state) {
+EncodedTile read_tile(const db::Statement& row, const TileState& state) {
   constexpr int kChecksum = kNumStateColumns;
   constexpr int kSurroundings = kChecksum + 1;
   constexpr int kCubes = kChecksum + 2;
   if (row.is_null(kCubes)) throw Error(ErrorCode::kCorrupt, "has no cubes");
-  const std::span<const std::byte> surroundings = row.blob(kSurroundings);
-  const std::span<const std::byte> cubes = row.blob(kCubes);
-  if (hash64(cubes) != static_cast<std::uint64_t>(row.integer(kChecksum)) ||
-      hash128(surroundings) != state.surroundings) {
+  const auto bytes = [&](int column) {
+    const std::span<const std::byte> blob = row.blob(column);
+    return Bytes(blob.begin(), blob.end());
+  };
+  return {state, static_cast<std::uint64_t>(row.integer(kChecksum)), bytes(kSurroundings),
+          bytes(kCubes)};
+}
+
+TileRecord decode(const EncodedTile& tile) {
+  const TileState& state = tile.state;
+  if (hash64(tile.cubes) != tile.checksum || hash128(tile.surroundings) != state.surroundings) {
     throw Error(ErrorCode::kCorrupt, "checksum does not match");
   }
-  TileRecord tile = decode_tile(cubes);
-  tile.key = state.key;
-  tile.configuration = state.configuration;
-  tile.surroundings = decode_surroundings(state.key, surroundings);
-  return tile;
+  TileRecord record = decode_tile(tile.cubes);
+  record.key = state.key;
+  record.configuration = state.configuration;
+  record.surroundings = decode_surroundings(state.key, tile.surroundings);
+  return record;
 }
 
 TileState summarize(const TileRecord& tile, std::size_t num_bytes) {

@@ -28,8 +28,11 @@ inline constexpr int kNumStateColumns = 17;
 inline constexpr char kTileColumns[] = "checksum, surrounding_tiles, data";
 
 /// The tile of a row that begins with kStateColumns and goes on with kTileColumns.
+/// @throws Error kCorrupt when it has no cubes.
+[[nodiscard]] EncodedTile read_tile(const db::Statement& row, const TileState& state);
+
 /// @throws Error kCorrupt when the tile cannot be trusted.
-[[nodiscard]] TileRecord read_tile(const db::Statement& row, const TileState& state);
+[[nodiscard]] TileRecord decode(const EncodedTile& tile);
 
 /// What the row of a tile says of its cubes; the rest of the state is left alone.
 /// @param num_bytes  size of the encoded cubes

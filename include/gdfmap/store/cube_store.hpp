@@ -44,6 +44,10 @@ struct EncodedTile {
 ///         encode_surroundings().
 [[nodiscard]] EncodedTile encode(const TileRecord& tile);
 
+/// The inverse, for any thread. @param database  what errors name before the tile
+/// @throws Error kCorrupt naming both when the tile cannot be trusted.
+[[nodiscard]] TileRecord decode(const EncodedTile& tile, const std::string& database);
+
 /// Sums over all tiles.
 struct CubeTotals {
   std::int64_t num_tiles = 0, num_cubes = 0, num_populated = 0, num_poor = 0, num_failed = 0;
@@ -88,7 +92,9 @@ class CubeStore {
   /// Every tile, in key order. The visitor must not write to this store.
   void for_each_state(const std::function<void(const TileState&)>& visit);
   [[nodiscard]] std::optional<TileState> find_state(const TileKey& key);
-  /// @throws Error kCorrupt naming the tile when its checksum fails.
+  /// As it is stored, unchecked.
+  [[nodiscard]] std::optional<EncodedTile> read_encoded(const TileKey& key);
+  /// The same with decode() behind it.
   [[nodiscard]] std::optional<TileRecord> read(const TileKey& key);
   /// Occupied tiles in key order.
   [[nodiscard]] std::vector<OccupiedTile> occupied();

@@ -23,10 +23,10 @@ struct TrainReport {
   std::int64_t num_tiles_deleted = 0;  ///< no candidates any more
   std::int64_t num_tiles_damaged = 0;  ///< found damaged, each also told as a warning
   std::int64_t num_cubes_fitted = 0;
-  std::int64_t num_cubes_unchanged = 0;  ///< in stale tiles, but with the same inputs as before
+  std::int64_t num_cubes_unchanged = 0;     ///< in stale tiles, but with the same inputs as before
   std::int64_t num_cubes_out_of_reach = 0;  ///< of them, which no change can have reached
-  std::int64_t num_cubes_poor = 0;       ///< of the fitted ones
-  std::int64_t num_cubes_failed = 0;     ///< of the fitted ones
+  std::int64_t num_cubes_poor = 0;          ///< of the fitted ones
+  std::int64_t num_cubes_failed = 0;        ///< of the fitted ones
 };
 
 /// Brings the cubes of a map (opened for writing) in line with its points. Fits only cubes whose
