@@ -115,7 +115,7 @@ struct DistanceField::Impl {
       const auto part =
           points_world.subspan(first, std::min(kMaxOrdered, points_world.size() - first));
       const std::vector<std::uint32_t> order = locality_order(part, snapshot->lattice);
-      const Written written{answers.data() + first, convert};
+      const Written<Answer, Convert> written{answers.data() + first, convert};
       const auto answer_chunk = [&](std::size_t chunk) {
         const std::size_t begin = chunk * kChunk;
         FieldEvaluator(*snapshot, cache, tile_loader)
