@@ -276,7 +276,9 @@ void decode_gaussian(std::uint64_t code, const ShapeTable& shapes, float largest
     gaussians.at(kRootSigmaX + a, k) = shapes.root_sigma(code >> (27 + 8 * a));
   }
   const int weight = static_cast<int>(code >> 51) - kMaxWeightCode;
-  if (weight > kMaxWeightCode) fail("a weight of a quantised Gaussian is out of range");
+  if (weight > kMaxWeightCode || (largest == 0.0f && weight != 0)) {
+    fail("a weight of a quantised Gaussian is out of range");
+  }
   gaussians.at(kWeight, k) = weight_of_code(weight, largest);
 }
 
