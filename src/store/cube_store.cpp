@@ -41,19 +41,6 @@ struct Connection {
   bool writes;
 };
 
-/// Ends the reading of a statement of which only the first row is wanted: a statement left in the
-/// middle keeps its snapshot of the database.
-class RowGuard {
- public:
-  explicit RowGuard(db::Statement& statement) : statement_(statement) {}
-  ~RowGuard() { statement_.bind(); }
-  RowGuard(const RowGuard&) = delete;
-  RowGuard& operator=(const RowGuard&) = delete;
-
- private:
-  db::Statement& statement_;
-};
-
 void bind_key(db::Statement& statement, const TileKey& key) {
   statement.bind(key.level, key.x, key.y, key.z);
 }
@@ -208,7 +195,7 @@ void CubeStore::for_each_state(const std::function<void(const TileState&)>& visi
 }
 
 std::optional<TileState> CubeStore::find_state(const TileKey& key) {
-  const RowGuard guard(impl_->find);
+  const db::RewindGuard guard(impl_->find);
   bind_key(impl_->find, key);
   if (!impl_->find.step()) return std::nullopt;
   return read_state(impl_->find, impl_->name());
@@ -216,7 +203,7 @@ std::optional<TileState> CubeStore::find_state(const TileKey& key) {
 
 std::optional<EncodedTile> CubeStore::read_encoded(const TileKey& key) {
   db::Statement& row = impl_->read;
-  const RowGuard guard(row);
+  const db::RewindGuard guard(row);
   bind_key(row, key);
   if (!row.step()) return std::nullopt;
   const TileState state = read_state(row, impl_->name());

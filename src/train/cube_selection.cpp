@@ -33,13 +33,14 @@ class Selector {
       : tile_(tile), lattice_(lattice), threshold_(config.empty_distance_threshold) {}
 
   /// Cubes with a record that a change may have reached, and those without one that may have come.
-  [[nodiscard]] std::vector<int> touched(const FormerTile& former) const {
+  [[nodiscard]] std::vector<int> touched(std::span<const CubeRecord> stored,
+                                         std::span<const Box3> changes) const {
     std::vector<int> cubes;
-    auto record = former.cubes.begin();
+    auto record = stored.begin();
     for (int i = 0; i < kCubesPerTile; ++i) {
-      while (record != former.cubes.end() && record->index < i) ++record;
-      const bool has_record = record != former.cubes.end() && record->index == i;
-      if (has_record ? reaches(*record, former.changes) : may_have_come(i, former.changes)) {
+      while (record != stored.end() && record->index < i) ++record;
+      const bool has_record = record != stored.end() && record->index == i;
+      if (has_record ? reaches(*record, changes) : may_have_come(i, changes)) {
         cubes.push_back(i);
       }
     }
@@ -110,18 +111,17 @@ std::vector<int> all_cubes() {
 
 }  // namespace
 
-CubeSelection select_cubes(const CandidateTile& tile, std::optional<FormerTile> former,
-                           const Lattice& lattice, const FitConfig& config,
-                           ExactDistance& exact_distance) {
+CubeSelection select_cubes(const CandidateTile& tile, std::span<const CubeRecord> stored,
+                           const std::optional<std::vector<Box3>>& changes, const Lattice& lattice,
+                           const FitConfig& config, ExactDistance& exact_distance) {
   const Selector selector(tile, lattice, config);
   CubeSelection selection;
-  const std::vector<int> touched = former ? selector.touched(*former) : all_cubes();
+  const std::vector<int> touched = changes ? selector.touched(stored, *changes) : all_cubes();
   selection.looked_up = selector.wanted(touched, exact_distance);
-  if (!former) return selection;
-  for (CubeRecord& record : former->cubes) {
+  for (const CubeRecord& record : stored) {
     const bool stays = tile.key.level == 0 || tile.wanted.test(record.index);
     if (stays && !std::ranges::binary_search(touched, record.index)) {
-      selection.kept.push_back(std::move(record));
+      selection.kept.push_back(record.index);
     }
   }
   return selection;

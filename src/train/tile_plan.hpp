@@ -6,7 +6,6 @@
 
 #include <gdfmap/core/lattice.hpp>
 #include <gdfmap/fit/fit_config.hpp>
-#include <gdfmap/store/cube_store.hpp>
 #include <gdfmap/tiling/point_store.hpp>
 
 #include "coarse_cubes.hpp"
@@ -22,12 +21,6 @@ struct CandidateTile {
   CubeMask wanted;
   Digest surroundings;  ///< see surroundings_digest()
 };
-
-/// Whether a stored tile was trained from the points and the configuration of today.
-[[nodiscard]] inline bool is_up_to_date(const TileState& stored, const CandidateTile& tile,
-                                        const Digest& configuration) {
-  return stored.surroundings == tile.surroundings && stored.configuration == configuration;
-}
 
 /// The candidates of one level, in Morton order, so that neighbours in space are trained one after
 /// the other.

@@ -1,6 +1,5 @@
 #include <algorithm>
 #include <optional>
-#include <unordered_map>
 #include <utility>
 #include <vector>
 
@@ -13,6 +12,7 @@
 #include "cube_job.hpp"
 #include "cube_selection.hpp"
 #include "point_changes.hpp"
+#include "stored_tiles.hpp"
 #include "tile_plan.hpp"
 #include "tile_samples.hpp"
 
@@ -47,12 +47,6 @@ FitConfig settle_configuration(Map& map, const TrainOptions& options) {
   return stored;
 }
 
-std::vector<TilePoints> occupied_tiles(PointStore& points) {
-  std::vector<TilePoints> tiles;
-  points.for_each_tile([&](const TilePoints& tile) { tiles.push_back(tile); });
-  return tiles;
-}
-
 void store_occupied(CubeStore& cubes, std::span<const TilePoints> tiles) {
   std::vector<OccupiedTile> occupied;
   occupied.reserve(tiles.size());
@@ -60,17 +54,6 @@ void store_occupied(CubeStore& cubes, std::span<const TilePoints> tiles) {
   failpoint("train.before_occupied");
   cubes.set_occupied(occupied);
   failpoint("train.after_occupied");
-}
-
-/// What is known of the stored tiles of a level without reading their cubes.
-using TileStates = std::unordered_map<TileKey, TileState, TileKeyHash>;
-
-TileStates stored_states(CubeStore& cubes, int level) {
-  TileStates states;
-  cubes.for_each_state([&](const TileState& state) {
-    if (state.key.level == level) states.emplace(state.key, state);
-  });
-  return states;
 }
 
 /// The cubes of a level that have Gaussians.
@@ -87,22 +70,13 @@ std::int64_t delete_damaged(CubeStore& cubes, const RunContext& context) {
   return static_cast<std::int64_t>(faults.size());
 }
 
-/// Deletes tiles that are no candidates any more.
-std::int64_t delete_obsolete(CubeStore& cubes, TileStates states,
-                             const std::vector<CandidateTile>& plan) {
-  for (const CandidateTile& tile : plan) states.erase(tile.key);
-  std::vector<TileKey> obsolete;
-  for (const auto& [key, state] : states) obsolete.push_back(key);
-  if (!obsolete.empty()) cubes.erase(obsolete);
-  return static_cast<std::int64_t>(obsolete.size());
-}
-
 /// Brings the tiles of one level up to date, a window of them at a time.
 class LevelTrainer {
  public:
-  LevelTrainer(Map& map, const FitConfig& config, const TilePlan& plan,
+  LevelTrainer(Map& map, int level, const FitConfig& config, const TilePlan& plan,
                ExactDistance& exact_distance, const RunContext& context, TrainReport& report)
       : map_(map),
+        level_(level),
         config_(config),
         configuration_(configuration_digest(config)),
         plan_(plan),
@@ -111,19 +85,18 @@ class LevelTrainer {
         context_(context),
         report_(report) {}
 
-  /// @param states  of the stored tiles of this level
-  void run(const TileStates& states) {
-    std::vector<CandidateTile> stale = plan_.tiles();
-    std::erase_if(stale, [&](const CandidateTile& tile) {
-      const auto stored = states.find(tile.key);
-      return stored != states.end() && is_up_to_date(stored->second, tile, configuration_);
-    });
+  void run() {
+    const auto [stale, obsolete] =
+        find_stale(plan_.tiles(), stored_states(map_.cubes(), level_), configuration_);
+    if (!obsolete.empty()) map_.cubes().erase(obsolete);
+    report_.num_tiles += static_cast<std::int64_t>(plan_.tiles().size());
+    report_.num_tiles_deleted += static_cast<std::int64_t>(obsolete.size());
     const std::size_t window =
         std::clamp(context_.memory() / 8 / kTileBytes, std::size_t{1}, kMaxWindowTiles);
     for (std::size_t begin = 0; begin < stale.size(); begin += window) {
       context_.throw_if_stopped();
       train_window(std::span(stale).subspan(begin, std::min(window, stale.size() - begin)));
-      report_progress(stale.front().key.level, begin + window, stale.size());
+      report_progress(begin + window, stale.size());
     }
     context_.throw_if_stopped();
   }
@@ -132,9 +105,11 @@ class LevelTrainer {
   /// One tile of the window on its way.
   struct Work {
     const CandidateTile* tile;
-    std::optional<FormerTile> former;
-    std::vector<CubeRecord> stored;  ///< of the former tile, whatever it was made from
-    std::vector<CubeRecord> kept;    ///< that no change can have reached
+    std::vector<SurroundingTile> surroundings;  ///< of today
+    std::vector<CubeRecord> stored;             ///< of the former tile, whatever it was made from
+    /// Where points came or went since; empty when nothing stored counts any more.
+    std::optional<std::vector<Box3>> changes;
+    std::vector<int> kept;  ///< indices of stored cubes that no change can have reached
     std::optional<TileSamples> samples;
   };
   /// One cube of the window whose samples were looked up.
@@ -169,11 +144,11 @@ class LevelTrainer {
     for (const CandidateTile& tile : tiles) {
       Work& work = works.emplace_back();
       work.tile = &tile;
+      work.surroundings = plan_.surroundings(tile.key);
       auto stored = map_.cubes().read(tile.key);
       if (!stored) continue;
       if (stored->configuration == configuration_) {
-        work.former = FormerTile{
-            stored->cubes, changes_.since(stored->surroundings, plan_.surroundings(tile.key))};
+        work.changes = changes_.since(stored->surroundings, work.surroundings);
       }
       work.stored = std::move(stored->cubes);
     }
@@ -185,7 +160,7 @@ class LevelTrainer {
     prefetch(works);
     parallel_for(works.size(), context_.threads(), [&](std::size_t i) {
       Work& work = works[i];
-      CubeSelection selection = select_cubes(*work.tile, std::move(work.former), map_.lattice(),
+      CubeSelection selection = select_cubes(*work.tile, work.stored, work.changes, map_.lattice(),
                                              config_, exact_distance_);
       work.kept = std::move(selection.kept);
       work.samples.emplace(work.tile->key, std::move(selection.looked_up), map_.lattice(),
@@ -207,7 +182,7 @@ class LevelTrainer {
   void prefetch(std::span<const Work> works) {
     std::vector<TileKey> keys;
     for (const Work& work : works) {
-      if (!work.former && work.tile->key.level == 0) keys.push_back(work.tile->key);
+      if (!work.changes && work.tile->key.level == 0) keys.push_back(work.tile->key);
     }
     exact_distance_.prefetch(keys, context_.threads());
   }
@@ -288,12 +263,12 @@ class LevelTrainer {
 
   [[nodiscard]] TileRecord record_of(Work work, std::span<Slot> slots) {
     const TileKey& key = work.tile->key;
-    TileRecord record{key,
-                      plan_.surroundings(key),
-                      configuration_,
-                      config_.codec,
-                      map_.lattice().cube_edge(key.level),
-                      std::move(work.kept)};
+    TileRecord record{key,           std::move(work.surroundings),        configuration_,
+                      config_.codec, map_.lattice().cube_edge(key.level), {}};
+    for (CubeRecord& cube : work.stored) {
+      if (std::ranges::binary_search(work.kept, cube.index))
+        record.cubes.push_back(std::move(cube));
+    }
     report_.num_cubes_unchanged += static_cast<std::int64_t>(record.cubes.size());
     report_.num_cubes_out_of_reach += static_cast<std::int64_t>(record.cubes.size());
     for (Slot& slot : slots) {
@@ -314,13 +289,14 @@ class LevelTrainer {
     if (slot.record.status == CubeStatus::kFailed) ++report_.num_cubes_failed;
   }
 
-  void report_progress(int level, std::size_t done, std::size_t total) const {
+  void report_progress(std::size_t done, std::size_t total) const {
     constexpr const char* kStages[kMaxLevels] = {"tiles", "tiles of level 1", "tiles of level 2"};
-    context_.progress({kStages[level], std::min(done, total), total,
+    context_.progress({kStages[level_], std::min(done, total), total,
                        std::to_string(report_.num_cubes_fitted) + " cubes fitted"});
   }
 
   Map& map_;
+  int level_;
   const FitConfig& config_;
   Digest configuration_;
   const TilePlan& plan_;
@@ -345,10 +321,7 @@ TrainReport train(Map& map, const TrainOptions& options, const RunContext& conte
   TileMasks finer_served;
   for (int level = 0; level < map.geometry().num_levels; ++level) {
     const TilePlan plan(level, occupied, map.lattice(), config, finer_served);
-    const TileStates states = stored_states(map.cubes(), level);
-    report.num_tiles += static_cast<std::int64_t>(plan.tiles().size());
-    report.num_tiles_deleted += delete_obsolete(map.cubes(), states, plan.tiles());
-    LevelTrainer(map, config, plan, exact_distance, context, report).run(states);
+    LevelTrainer(map, level, config, plan, exact_distance, context, report).run();
     if (level + 1 < map.geometry().num_levels) finer_served = served_cubes(map.cubes(), level);
   }
   return report;
