@@ -32,53 +32,31 @@ std::string cube_name(const CubeKey& key) {
 
 std::optional<TileVersion> TileSource::version(const TileKey&) { return TileVersion{}; }
 
-/// A connection that one thread uses and then leaves for the next.
-class StoreTileSource::Lease {
- public:
-  explicit Lease(StoreTileSource& source) : source_(source) {
-    {
-      const std::lock_guard lock(source.mutex_);
-      if (!source.idle_.empty()) {
-        store_.emplace(std::move(source.idle_.back()));
-        source.idle_.pop_back();
-      }
-    }
-    if (!store_) store_.emplace(source.path_, source.mode_, kPageCacheBytes);
-  }
-  ~Lease() {
-    const std::lock_guard lock(source_.mutex_);
-    source_.idle_.push_back(std::move(*store_));
-  }
-  Lease(const Lease&) = delete;
-  Lease& operator=(const Lease&) = delete;
-
-  CubeStore* operator->() { return &*store_; }
-
- private:
-  StoreTileSource& source_;
-  std::optional<CubeStore> store_;
-};
-
 StoreTileSource::StoreTileSource(const std::filesystem::path& path, const Geometry& geometry)
     : TileSource(geometry), path_(path), mode_(db::reading_mode(path)) {
-  const Lease opens_now(*this);
+  const auto opens_now = connection();
+}
+
+Pool<CubeStore>::Lease StoreTileSource::connection() {
+  return connections_.borrow(
+      [this] { return std::make_unique<CubeStore>(path_, mode_, kPageCacheBytes); });
 }
 
 std::optional<TileRecord> StoreTileSource::load(const TileKey& key) {
   // The connection is free for others before the cubes are decoded.
-  const std::optional<EncodedTile> tile = Lease(*this)->read_encoded(key);
+  const std::optional<EncodedTile> tile = connection()->read_encoded(key);
   return tile ? std::optional(decode(*tile, path_.string())) : std::nullopt;
 }
 
 std::optional<TileVersion> StoreTileSource::version(const TileKey& key) {
-  const std::optional<TileState> state = Lease(*this)->find_state(key);
+  const std::optional<TileState> state = connection()->find_state(key);
   if (!state) return std::nullopt;
   return TileVersion{state->surroundings, state->configuration, state->content};
 }
 
-std::vector<OccupiedTile> StoreTileSource::occupied() { return Lease(*this)->occupied(); }
+std::vector<OccupiedTile> StoreTileSource::occupied() { return connection()->occupied(); }
 
-bool StoreTileSource::has_cubes() { return Lease(*this)->has_cubes(); }
+bool StoreTileSource::has_cubes() { return connection()->has_cubes(); }
 
 MemoryTileSource::MemoryTileSource(const Geometry& geometry, std::vector<TileRecord> tiles,
                                    std::vector<OccupiedTile> occupied)

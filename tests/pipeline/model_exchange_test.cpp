@@ -12,13 +12,7 @@
 namespace gdfmap {
 namespace {
 
-TrainOptions quick_options() {
-  FitConfig config;
-  config.populated_steps = {8};
-  config.empty_steps = {4};
-  config.max_iterations = 5;
-  return {config, false};
-}
+TrainOptions quick_options() { return {test::quick_fit_config(5), false}; }
 
 class ModelExchangeTest : public testing::Test {
  protected:

@@ -23,6 +23,14 @@ std::vector<Vector3> scene_points(const std::string& scene, std::uint64_t count,
   return points;
 }
 
+FitConfig quick_fit_config(int max_iterations) {
+  FitConfig config;
+  config.populated_steps = {8};
+  config.empty_steps = {4};
+  config.max_iterations = max_iterations;
+  return config;
+}
+
 Map map_of(const std::filesystem::path& path, std::span<const Vector3> points, double cube_size,
            int num_levels) {
   const std::filesystem::path cloud = path.string() + ".ply";

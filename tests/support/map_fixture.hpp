@@ -7,6 +7,7 @@
 #include <vector>
 
 #include <gdfmap/core/geometry.hpp>
+#include <gdfmap/fit/fit_config.hpp>
 #include <gdfmap/map/map.hpp>
 
 namespace gdfmap::test {
@@ -17,6 +18,9 @@ void write_cloud(const std::filesystem::path& path, std::span<const Vector3> poi
 /// The first `count` points of an analytic scene, without noise.
 [[nodiscard]] std::vector<Vector3> scene_points(const std::string& scene, std::uint64_t count,
                                                 double size = 0.0);
+
+/// Few and quick cubes: for tests of what is trained, not of how well.
+[[nodiscard]] FitConfig quick_fit_config(int max_iterations = 3);
 
 /// A new map at `path` that holds these points, not trained.
 [[nodiscard]] Map map_of(const std::filesystem::path& path, std::span<const Vector3> points,

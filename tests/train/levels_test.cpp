@@ -18,14 +18,8 @@
 namespace gdfmap {
 namespace {
 
-/// Few and quick cubes; the coarse levels are what is looked at.
-TrainOptions quick_options() {
-  FitConfig config;
-  config.populated_steps = {8};
-  config.empty_steps = {4};
-  config.max_iterations = 3;
-  return {config, false};
-}
+/// The coarse levels are what is looked at.
+TrainOptions quick_options() { return {test::quick_fit_config(), false}; }
 
 /// A patch of ground and a pole.
 std::vector<Vector3> small_scene() {

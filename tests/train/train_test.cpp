@@ -22,12 +22,8 @@
 namespace gdfmap {
 namespace {
 
-/// Few and quick cubes: what is trained, not how well, is looked at here.
 TrainOptions quick_options() {
-  FitConfig config;
-  config.populated_steps = {8};
-  config.empty_steps = {4};
-  config.max_iterations = 3;
+  FitConfig config = test::quick_fit_config();
   config.empty_distance_threshold = 1.0;
   return {config, false};
 }

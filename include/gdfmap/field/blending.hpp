@@ -44,7 +44,7 @@ struct AxisBlend {
     return axis;
   }
   const double t = std::clamp((inside + margin) / (2.0 * margin), 0.0, 1.0);
-  const double own = t * t * (3.0 - 2.0 * t);
+  const double own = smoothstep(t);
   const double slope = 6.0 * t * (1.0 - t) / (2.0 * margin);
   const std::int64_t first = low ? cube - 1 : cube;
   axis.count = 2;

@@ -3,7 +3,6 @@
 #include <cstddef>
 #include <filesystem>
 #include <memory>
-#include <mutex>
 #include <optional>
 #include <span>
 #include <unordered_map>
@@ -11,6 +10,7 @@
 
 #include <gdfmap/core/cube_mask.hpp>
 #include <gdfmap/core/lattice.hpp>
+#include <gdfmap/core/pool.hpp>
 #include <gdfmap/gdf1/model.hpp>
 #include <gdfmap/store/cube_store.hpp>
 #include <gdfmap/store/tile_record.hpp>
@@ -59,12 +59,11 @@ class StoreTileSource : public TileSource {
   [[nodiscard]] bool has_cubes() override;
 
  private:
-  class Lease;
+  [[nodiscard]] Pool<CubeStore>::Lease connection();
 
   std::filesystem::path path_;
   db::OpenMode mode_;
-  std::mutex mutex_;
-  std::vector<CubeStore> idle_;  ///< guarded by mutex_
+  Pool<CubeStore> connections_;
 };
 
 /// Tiles in memory.
