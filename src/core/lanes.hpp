@@ -126,13 +126,15 @@ struct PortableLanes {
   friend PortableLanes select(Mask m, PortableLanes a, PortableLanes b) {
     return from([&](int i) { return m.v[i] ? a.v[i] : b.v[i]; });
   }
-  /// Writes the sums over the lanes of a, b, c and d to p[0] … p[3].
+  /// Writes the sums over the lanes of a, b, c and d to p[0] … p[3]: of neighbours first, then of
+  /// neighbouring sums, and so on.
   friend void store_sums(PortableLanes a, PortableLanes b, PortableLanes c, PortableLanes d,
                          Scalar* p) {
-    const auto sum = [](const PortableLanes& x) {
-      Scalar total = x.v[0];
-      for (int i = 1; i < Width; ++i) total += x.v[i];
-      return total;
+    const auto sum = [](PortableLanes x) {
+      for (int step = 1; step < Width; step *= 2) {
+        for (int i = 0; i + step < Width; i += 2 * step) x.v[i] += x.v[i + step];
+      }
+      return x.v[0];
     };
     p[0] = sum(a);
     p[1] = sum(b);

@@ -50,14 +50,21 @@ std::array<double, kMaxLevels> margins_of(const Geometry& geometry, BlendMode bl
 
 FieldModel make_model(TileSource& source, const DistanceFieldOptions& options) {
   const Geometry& geometry = checked(source.geometry());
-  return {Lattice(geometry.cube_size),
+  const Lattice lattice(geometry.cube_size);
+  const std::array<double, kMaxLevels> margins = margins_of(geometry, options.blend);
+  const auto zones = [&](int level) {
+    return BlendZones(level, lattice.cube_edge(level), margins[static_cast<std::size_t>(level)]);
+  };
+  static_assert(kMaxLevels == 3);
+  return {lattice,
           geometry,
           options.blend,
           options.precision,
           &field_kernels(options.instruction_set),
           OccupancyIndex(source.occupied(), geometry.cube_size),
           source.has_cubes(),
-          margins_of(geometry, options.blend)};
+          margins,
+          {zones(0), zones(1), zones(2)}};
 }
 
 /// Writes answers where they belong, see FieldEvaluator. Scattered over memory, they would wait for
@@ -114,7 +121,7 @@ struct DistanceField::Impl {
     for (std::size_t first = 0; first < points_world.size(); first += kMaxOrdered) {
       const auto part =
           points_world.subspan(first, std::min(kMaxOrdered, points_world.size() - first));
-      const std::vector<std::uint32_t> order = locality_order(part, snapshot->lattice);
+      const std::vector<OrderedPoint> order = locality_order(part, snapshot->zones[0]);
       const Written<Answer, Convert> written{answers.data() + first, convert};
       const auto answer_chunk = [&](std::size_t chunk) {
         const std::size_t begin = chunk * kChunk;

@@ -1,16 +1,15 @@
 #include "field_evaluator.hpp"
 
 #include <algorithm>
+#include <limits>
 #include <optional>
+#include <type_traits>
 
 namespace gdfmap {
 namespace {
 
 /// Shares below this are none: the ancestor's constant.
 constexpr double kMinGdf1Weight = 1e-6;
-constexpr std::size_t kFloatsPerCacheLine = 16;
-/// Of a cube, from its first row on: all of 8 Gaussians; the processor sees where more are going.
-constexpr std::size_t kPrefetchedFloats = kNumGaussianRows * DecodedTile::kAlignedFloats;
 
 /// Σ w·(d_c, ∇d_c, errors) / Σ w.
 class WeightedMean {
@@ -34,77 +33,129 @@ class WeightedMean {
   double mae_ = 0.0, max_error_ = 0.0;
 };
 
-void add_value_and_gradient(const float (&sum)[4], FieldSample& sample) {
-  sample.distance += static_cast<double>(sum[0]);
-  for (int a = 0; a < 3; ++a) sample.gradient[a] += static_cast<double>(sum[a + 1]);
+FieldSample no_answer(FieldStatus status) {
+  constexpr double kNotKnown = std::numeric_limits<double>::quiet_NaN();
+  return {kNotKnown, Vector3::Constant(kNotKnown), status, kNotKnown, kNotKnown};
+}
+
+template <typename Number>
+const FieldKernels<Number>& kernels_of(const FieldModel& model) {
+  if constexpr (std::is_same_v<Number, double>) {
+    return exact_field_kernels();
+  } else {
+    return *model.kernels;
+  }
+}
+
+template <typename Number>
+Vector3 column(const Number (&rows)[3][kPacketSize], std::size_t i) {
+  return {static_cast<double>(rows[0][i]), static_cast<double>(rows[1][i]),
+          static_cast<double>(rows[2][i])};
+}
+
+/// Point i's answer from its sums, without the far bound.
+template <typename Number>
+FieldSample sample_of(const KernelSums<Number>& sums, std::size_t i, FieldStatus status,
+                      FieldEvaluator::Wanted wanted) {
+  const auto weight = static_cast<double>(sums.weight[i]);
+  return {static_cast<double>(sums.distance[i]),
+          wanted == FieldEvaluator::Wanted::kValue ? Vector3(Vector3::Zero())
+                                                   : column(sums.gradient, i),
+          status,
+          weight > 0.0 ? static_cast<double>(sums.mae[i]) / weight
+                       : std::numeric_limits<double>::quiet_NaN(),
+          static_cast<double>(sums.max_error[i])};
 }
 
 }  // namespace
 
-FieldEvaluator::FieldEvaluator(const FieldModel& model, TileCache& cache, TileLoader* loader)
-    : model_(model), planner_(model, cache, loader) {
-  if (uses_kernels()) terms_.reserve(kMaxTerms);
-}
-
-FieldSample FieldEvaluator::at(const Vector3& p_world) {
-  if (model_.blend == BlendMode::kGdf1) return gdf1(p_world);
-  if (model_.precision == Precision::kDouble) return exact(p_world);
-  terms_.clear();
-  FieldSample answer = plan(p_world);
-  const auto end = static_cast<std::uint32_t>(terms_.size());
-  float sum[1][4];
-  model_.kernels->values_and_gradients(terms_.data(), &end, 1, sum);
-  add_value_and_gradient(sum[0], answer);
-  return answer;
-}
-
-void FieldEvaluator::evaluate(Group& group, std::size_t count, Wanted wanted) const {
-  if (wanted == Wanted::kValue) {
-    model_.kernels->values(terms_.data(), group.ends, count, group.values);
-    for (std::size_t i = 0; i < count; ++i) {
-      group.answers[i].distance += static_cast<double>(group.values[i]);
-    }
-  } else {
-    model_.kernels->values_and_gradients(terms_.data(), group.ends, count, group.value_gradients);
-    for (std::size_t i = 0; i < count; ++i) {
-      add_value_and_gradient(group.value_gradients[i], group.answers[i]);
+template <typename Number>
+void FieldPacket<Number>::add(const Vector3& p, std::uint32_t index) {
+  const std::size_t place = points.num_points++;
+  p_world[place] = p;
+  indices[place] = index;
+  for (std::size_t level = 0; level < plan.num_levels; ++level) {
+    for (std::size_t a = 0; a < 3; ++a) {
+      const auto along = static_cast<Eigen::Index>(a);
+      const double corner =
+          static_cast<double>(plan.zones[level].first_cube(a)) * plan.levels[level].edge;
+      const auto p_local = static_cast<Number>(p[along] - corner);
+      if (place == 0) {
+        std::ranges::fill(points.p_local[level][a], p_local);
+      } else {
+        points.p_local[level][a][place] = p_local;
+      }
     }
   }
 }
 
-FieldSample FieldEvaluator::plan(const Vector3& p_world) {
-  const std::size_t num_terms = terms_.size();
-  const auto add = [this](const KernelView& cube, const Vector3& p_local, double weight,
-                          const Vector3& weight_gradient) {
-    const auto narrow = [](double v) { return static_cast<float>(v); };
-    terms_.push_back(
-        {cube.data,
-         static_cast<std::uint32_t>(cube.stride),
-         {narrow(p_local.x()), narrow(p_local.y()), narrow(p_local.z())},
-         narrow(weight),
-         {narrow(weight_gradient.x()), narrow(weight_gradient.y()), narrow(weight_gradient.z())}});
-    for (std::size_t i = 0; i < kPrefetchedFloats; i += kFloatsPerCacheLine) {
-      __builtin_prefetch(cube.data + i);
-    }
-  };
-  const FieldSample rest = planner_.plan(p_world, add);
-  if (rest.status >= FieldStatus::kUnknown) terms_.resize(num_terms);
-  return rest;
+template <typename Number>
+void FieldEvaluator::start(FieldPacket<Number>& next, const FieldPacket<Number>* same,
+                           const Vector3& p_world) {
+  if (same != nullptr) {
+    next.plan = same->plan;
+  } else {
+    planner_.make_plan(p_world, next.plan);
+  }
+  next.points.levels = next.plan.levels.data();
+  next.points.num_levels = next.plan.num_levels;
+  next.points.is_fine = next.plan.is_whole && next.plan.num_levels == 1;
+  next.points.num_points = 0;
 }
 
-FieldSample FieldEvaluator::exact(const Vector3& p_world) {
-  ValueGradient sum;
-  const auto add = [&sum](const KernelView& cube, const Vector3& p_local, double weight,
-                          const Vector3& weight_gradient) {
-    const ValueGradient term = evaluate_with_gradient(cube, p_local);
-    sum.value += weight * term.value;
-    sum.gradient += weight * term.gradient + term.value * weight_gradient;
-  };
-  FieldSample answer = planner_.plan(p_world, add);
-  answer.distance += sum.value;
-  answer.gradient += sum.gradient;
-  return answer;
+template <typename Number>
+void FieldEvaluator::evaluate(const FieldPacket<Number>& packet, Wanted wanted,
+                              Samples& samples) const {
+  const std::size_t num_points = packet.points.num_points;
+  if (packet.plan.no_answer) {
+    std::fill_n(samples.begin(), num_points, no_answer(*packet.plan.no_answer));
+    return;
+  }
+  const FieldKernels<Number>& kernels = kernels_of<Number>(model_);
+  KernelSums<Number> sums;
+  if (wanted == Wanted::kValue) {
+    kernels.distances(packet.points, sums);
+  } else {
+    kernels.distances_and_gradients(packet.points, sums);
+  }
+  const FieldStatus status = packet.points.is_fine ? FieldStatus::kFine : FieldStatus::kCoarse;
+  for (std::size_t i = 0; i < num_points; ++i) {
+    samples[i] = sample_of(sums, i, status, wanted);
+    if (packet.plan.is_whole) continue;
+    const std::optional<FarBound> far = model_.occupancy.nearest(packet.p_world[i]);
+    if (!far) {
+      samples[i] = no_answer(FieldStatus::kUnknown);
+      continue;
+    }
+    const auto share = static_cast<double>(sums.share[i]);
+    samples[i].status = FieldStatus::kFar;
+    samples[i].distance += share * far->distance;
+    samples[i].gradient += share * far->gradient + far->distance * column(sums.share_gradient, i);
+  }
 }
+
+template <typename Number>
+FieldSample FieldEvaluator::one(const Vector3& p_world) {
+  FieldPacket<Number> packet;
+  start<Number>(packet, nullptr, p_world);
+  packet.add(p_world, 0);
+  Samples samples;
+  evaluate(packet, Wanted::kValueAndGradient, samples);
+  return samples[0];
+}
+
+FieldSample FieldEvaluator::at(const Vector3& p_world) {
+  if (model_.blend == BlendMode::kGdf1) return gdf1(p_world);
+  return model_.precision == Precision::kDouble ? one<double>(p_world) : one<float>(p_world);
+}
+
+template struct FieldPacket<float>;
+template struct FieldPacket<double>;
+template void FieldEvaluator::start(FieldPacket<float>&, const FieldPacket<float>*, const Vector3&);
+template void FieldEvaluator::start(FieldPacket<double>&, const FieldPacket<double>*,
+                                    const Vector3&);
+template void FieldEvaluator::evaluate(const FieldPacket<float>&, Wanted, Samples&) const;
+template void FieldEvaluator::evaluate(const FieldPacket<double>&, Wanted, Samples&) const;
 
 FieldSample FieldEvaluator::gdf1(const Vector3& p_world) {
   const std::optional<CubeKey> own = model_.lattice.cube_containing(p_world, 0);

@@ -1,20 +1,33 @@
 #pragma once
 
-#include <algorithm>
+#include <array>
 #include <cstdint>
 #include <span>
-#include <vector>
 
 #include "field_planner.hpp"
+#include "locality_order.hpp"
 
 namespace gdfmap {
+
+/// Points of one plan.
+template <typename Number>
+struct FieldPacket {
+  FieldPlan plan;
+  KernelPacket<Number> points;
+  std::array<Vector3, kPacketSize> p_world;
+  std::array<std::uint32_t, kPacketSize> indices;  ///< of the points among those asked for
+
+  [[nodiscard]] bool is_full() const { return points.num_points == kPacketSize; }
+  void add(const Vector3& p, std::uint32_t index);
+};
 
 /// Answers queries of one thread, one by one or many together, with the same bits.
 class FieldEvaluator {
  public:
   /// All outlive it. @param loader  fetches tiles that are not in memory, which are answered with
   ///                                kPending meanwhile; null: they are waited for
-  FieldEvaluator(const FieldModel& model, TileCache& cache, TileLoader* loader = nullptr);
+  FieldEvaluator(const FieldModel& model, TileCache& cache, TileLoader* loader = nullptr)
+      : model_(model), planner_(model, cache, loader) {}
 
   [[nodiscard]] FieldSample at(const Vector3& p_world);
 
@@ -24,78 +37,83 @@ class FieldEvaluator {
   ///                 place it goes to can be fetched meanwhile
   enum class Wanted { kValue, kValueAndGradient };
   template <typename Answers>
-  void at(std::span<const Vector3> points_world, std::span<const std::uint32_t> order,
-          Wanted wanted, const Answers& answers);
+  void at(std::span<const Vector3> points_world, std::span<const OrderedPoint> order, Wanted wanted,
+          const Answers& answers);
 
  private:
-  /// Points that go to the kernels together: enough that their cubes arrive from memory meanwhile.
-  static constexpr std::size_t kGroupSize = 32;
+  /// Packets that are planned before they are evaluated: enough that their cubes arrive from memory
+  /// meanwhile.
+  static constexpr std::size_t kGroupSize = 16;
   static constexpr std::size_t kLookAhead = 16;
-  /// At most so many cubes share a point.
-  static constexpr std::size_t kMaxTerms = std::size_t{8} * kMaxLevels;
-  struct Group {
-    FieldSample answers[kGroupSize];
-    std::uint32_t ends[kGroupSize];
-    float values[kGroupSize];
-    float value_gradients[kGroupSize][4];
-  };
+  using Samples = std::array<FieldSample, kPacketSize>;
 
-  [[nodiscard]] bool uses_kernels() const {
-    return model_.blend == BlendMode::kPartition && model_.precision == Precision::kFloat;
-  }
-  /// Leaves the cubes' terms behind those in terms_, and returns the rest of the answer.
-  [[nodiscard]] FieldSample plan(const Vector3& p_world);
-  /// Plans the first points of `order` and returns their number.
-  template <typename Answers>
-  [[nodiscard]] std::size_t plan_group(std::span<const Vector3> points_world,
-                                       std::span<const std::uint32_t> order, const Answers& answers,
-                                       Group& group);
-  void evaluate(Group& group, std::size_t count, Wanted wanted) const;
-
-  [[nodiscard]] FieldSample exact(const Vector3& p_world);
+  template <typename Number>
+  [[nodiscard]] FieldSample one(const Vector3& p_world);
+  template <typename Number, typename Answers>
+  void many(std::span<const Vector3> points_world, std::span<const OrderedPoint> order,
+            Wanted wanted, const Answers& answers);
+  /// Makes `next` a packet without points for the plan of this one, which is that of `same`, if
+  /// any.
+  template <typename Number>
+  void start(FieldPacket<Number>& next, const FieldPacket<Number>* same, const Vector3& p_world);
+  template <typename Number>
+  void evaluate(const FieldPacket<Number>& packet, Wanted wanted, Samples& samples) const;
   [[nodiscard]] FieldSample gdf1(const Vector3& p_world);
 
   const FieldModel& model_;
   FieldPlanner planner_;
-  std::vector<KernelTerm> terms_;
 };
 
 template <typename Answers>
-void FieldEvaluator::at(std::span<const Vector3> points_world, std::span<const std::uint32_t> order,
+void FieldEvaluator::at(std::span<const Vector3> points_world, std::span<const OrderedPoint> order,
                         Wanted wanted, const Answers& answers) {
-  if (!uses_kernels()) {
-    for (const std::uint32_t i : order) answers.take(i, at(points_world[i]));
-    return;
-  }
-  Group group;
-  terms_.reserve(kGroupSize * kMaxTerms);
-  while (!order.empty()) {
-    const std::size_t count = plan_group(points_world, order, answers, group);
-    evaluate(group, count, wanted);
-    for (std::size_t i = 0; i < count; ++i) answers.take(order[i], group.answers[i]);
-    order = order.subspan(count);
+  if (model_.blend == BlendMode::kGdf1) {
+    for (const OrderedPoint& point : order) {
+      answers.take(point.index, gdf1(points_world[point.index]));
+    }
+  } else if (model_.precision == Precision::kDouble) {
+    many<double>(points_world, order, wanted, answers);
+  } else {
+    many<float>(points_world, order, wanted, answers);
   }
 }
 
-template <typename Answers>
-std::size_t FieldEvaluator::plan_group(std::span<const Vector3> points_world,
-                                       std::span<const std::uint32_t> order, const Answers& answers,
-                                       Group& group) {
-  planner_.release();
-  terms_.clear();
-  const std::size_t size = std::min(kGroupSize, order.size());
+template <typename Number, typename Answers>
+void FieldEvaluator::many(std::span<const Vector3> points_world,
+                          std::span<const OrderedPoint> order, Wanted wanted,
+                          const Answers& answers) {
+  std::array<FieldPacket<Number>, kGroupSize> packets;
   std::size_t count = 0;
-  do {
+  const auto finish = [&] {
+    Samples samples;
+    for (const FieldPacket<Number>& packet : std::span(packets).first(count)) {
+      evaluate(packet, wanted, samples);
+      for (std::size_t i = 0; i < packet.points.num_points; ++i) {
+        answers.take(packet.indices[i], samples[i]);
+      }
+    }
+    planner_.release();
+    count = 0;
+  };
+  for (std::size_t i = 0; i < order.size(); ++i) {
     // Points and answers lie anywhere: one at a time is fetched, since of many at once the
     // processor would drop most.
-    if (count + kLookAhead < order.size()) {
-      __builtin_prefetch(&points_world[order[count + kLookAhead]]);
+    if (i + kLookAhead < order.size()) {
+      __builtin_prefetch(&points_world[order[i + kLookAhead].index]);
     }
-    answers.expect(order[count]);
-    group.answers[count] = plan(points_world[order[count]]);
-    group.ends[count++] = static_cast<std::uint32_t>(terms_.size());
-  } while (count < size && !planner_.holds_many_tiles());
-  return count;
+    const std::uint32_t index = order[i].index;
+    answers.expect(index);
+    const Vector3& p_world = points_world[index];
+    const FieldPacket<Number>* const last = count > 0 ? &packets[count - 1] : nullptr;
+    const bool goes_on = last != nullptr && planner_.holds(last->plan, p_world, order[i].same_zone);
+    if (!goes_on || last->is_full()) {
+      if (count == kGroupSize || planner_.holds_many_tiles()) finish();
+      start(packets[count], goes_on && count > 0 ? last : nullptr, p_world);
+      ++count;
+    }
+    packets[count - 1].add(p_world, index);
+  }
+  finish();
 }
 
 }  // namespace gdfmap

@@ -2,8 +2,8 @@
 
 namespace gdfmap::detail {
 
-const FieldKernels& avx512_field_kernels() {
-  static constexpr FieldKernels kernels = FieldArithmetic<Avx2Lanes>::table();
+const FieldKernels<float>& avx512_field_kernels() {
+  static constexpr FieldKernels<float> kernels = FieldArithmetic<Avx2Lanes>::table();
   return kernels;
 }
 

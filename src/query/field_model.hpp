@@ -3,6 +3,7 @@
 #include <array>
 
 #include <gdfmap/core/lattice.hpp>
+#include <gdfmap/field/blending.hpp>
 #include <gdfmap/query/distance_field.hpp>
 #include <gdfmap/query/occupancy_index.hpp>
 
@@ -16,11 +17,12 @@ struct FieldModel {
   Geometry geometry;
   BlendMode blend;
   Precision precision;
-  const FieldKernels* kernels;  ///< of this machine
+  const FieldKernels<float>* kernels;  ///< of this machine
   OccupancyIndex occupancy;
   bool has_cubes;
   /// Blending margin of each level's cubes, metres.
   std::array<double, kMaxLevels> margins;
+  std::array<BlendZones, kMaxLevels> zones;
 };
 
 }  // namespace gdfmap

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <bit>
+#include <optional>
 #include <utility>
 
 #include <gdfmap/core/morton.hpp>
@@ -16,12 +17,25 @@ constexpr int kCodeBits = 64 - kIndexBits;
 static_assert(kMaxOrdered == std::size_t{1} << kIndexBits);
 constexpr int kDigitBits = 8;
 
-/// The code keeps the low 21 bits of a coordinate; tiles 2¹⁸ apart then mix, which only costs time.
-std::uint64_t code_of(const Vector3& p_world, const Lattice& lattice) {
-  const auto cube = lattice.cube_containing(p_world, 0);
-  if (!cube) return 0;
-  return morton_code(static_cast<std::uint64_t>(cube->x), static_cast<std::uint64_t>(cube->y),
-                     static_cast<std::uint64_t>(cube->z));
+/// Fills in the Morton codes of the points' zones, from the low 21 bits of their coordinates: what
+/// lies 2²⁰ cubes apart then mixes, which only costs time. False when equal codes may be different
+/// zones.
+bool code_zones(std::span<const Vector3> points_world, const BlendZones& zones,
+                std::span<std::uint64_t> codes) {
+  constexpr int kCodedBits = 21;
+  constexpr BlendZone kNowhere;
+  const auto bits = [](std::int64_t v) { return static_cast<std::uint64_t>(v); };
+  bool all_are_somewhere = true;
+  std::uint64_t differing = 0;
+  const auto [x0, y0, z0] = zones.zone_of(points_world[0]).value_or(kNowhere).half_cubes;
+  for (std::size_t i = 0; i < codes.size(); ++i) {
+    const std::optional<BlendZone> zone = zones.zone_of(points_world[i]);
+    all_are_somewhere &= zone.has_value();
+    const auto [x, y, z] = zone.value_or(kNowhere).half_cubes;
+    differing |= bits((x ^ x0) | (y ^ y0) | (z ^ z0));
+    codes[i] = morton_code(bits(x), bits(y), bits(z));
+  }
+  return all_are_somewhere && differing >> kCodedBits == 0;
 }
 
 /// One pass of a radix sort, stable, by the digit at `shift`.
@@ -36,14 +50,13 @@ void sort_by_digit(std::span<const std::uint64_t> from, std::span<std::uint64_t>
 
 }  // namespace
 
-std::vector<std::uint32_t> locality_order(std::span<const Vector3> points_world,
-                                          const Lattice& lattice) {
+std::vector<OrderedPoint> locality_order(std::span<const Vector3> points_world,
+                                         const BlendZones& zones) {
   std::vector<std::uint64_t> entries(points_world.size());
+  if (entries.empty()) return {};
+  const bool are_unique = code_zones(points_world, zones, entries);
   std::uint64_t differing = 0;
-  for (std::size_t i = 0; i < entries.size(); ++i) {
-    entries[i] = code_of(points_world[i], lattice);
-    differing |= entries[i] ^ entries[0];
-  }
+  for (const std::uint64_t code : entries) differing |= code ^ entries[0];
   // Points of one region share the upper bits of their codes; of more bits than there is room for,
   // the lowest are left out.
   const auto num_bits = static_cast<int>(std::bit_width(differing));
@@ -56,11 +69,15 @@ std::vector<std::uint32_t> locality_order(std::span<const Vector3> points_world,
     sort_by_digit(entries, sorted, kIndexBits + bit);
     entries.swap(sorted);
   }
-  std::vector<std::uint32_t> order(entries.size());
-  constexpr std::uint64_t kIndexMask = kMaxOrdered - 1;
-  std::ranges::transform(entries, order.begin(), [](std::uint64_t entry) {
-    return static_cast<std::uint32_t>(entry & kIndexMask);
-  });
+  const bool tells_zones = are_unique && dropped == 0;
+  std::vector<OrderedPoint> order(entries.size());
+  std::uint64_t last = 0;
+  for (std::size_t i = 0; i < entries.size(); ++i) {
+    constexpr std::uint32_t kIndexMask = kMaxOrdered - 1;
+    const bool same_zone = tells_zones && i > 0 && (entries[i] ^ last) >> kIndexBits == 0;
+    order[i] = {static_cast<std::uint32_t>(entries[i]) & kIndexMask, same_zone};
+    last = entries[i];
+  }
   return order;
 }
 

@@ -6,17 +6,24 @@
 #include <vector>
 
 #include <gdfmap/core/geometry.hpp>
-#include <gdfmap/core/lattice.hpp>
+#include <gdfmap/field/blending.hpp>
 
 namespace gdfmap {
 
 /// Most points that are ordered at a time.
 inline constexpr std::size_t kMaxOrdered = std::size_t{1} << 20;
 
-/// The indices of at most kMaxOrdered points, neighbours in space near each other: in Morton order
-/// of their level-0 cubes, so that the points of a cube, and of a tile, come in a row. Points
-/// beyond the lattice come anywhere. The order changes no answer, only the time that they take.
-[[nodiscard]] std::vector<std::uint32_t> locality_order(std::span<const Vector3> points_world,
-                                                        const Lattice& lattice);
+/// A point in an order.
+struct OrderedPoint {
+  std::uint32_t index : 31;
+  /// It shares the zone of level 0 of the point before it. Where that is not known, false.
+  std::uint32_t same_zone : 1;
+};
+
+/// At most kMaxOrdered points, neighbours in space near each other: in Morton order of their zones
+/// of level 0, so that points that share all their cubes come in a row. Points beyond the lattice
+/// come anywhere. The order changes no answer, only the time that they take.
+[[nodiscard]] std::vector<OrderedPoint> locality_order(std::span<const Vector3> points_world,
+                                                       const BlendZones& zones);
 
 }  // namespace gdfmap

@@ -1,96 +1,81 @@
 #pragma once
 
-#include <algorithm>
 #include <array>
+#include <cmath>
 #include <cstddef>
 #include <cstdint>
+#include <optional>
 
 #include <gdfmap/core/geometry.hpp>
 #include <gdfmap/core/lattice.hpp>
+#include <gdfmap/field/partition_of_unity.hpp>
 
 namespace gdfmap {
 
-/// 0 for t ≤ 0, 1 for t ≥ 1, 3t² − 2t³ between.
-[[nodiscard]] inline double smoothstep(double t) {
-  t = std::clamp(t, 0.0, 1.0);
-  return t * t * (3.0 - 2.0 * t);
-}
+/// Where the same cubes share every point. Along each axis that is either the inside of one cube,
+/// farther than the margin from its faces, or the band of the margin on both sides of a face.
+struct BlendZone {
+  int level = 0;
+  /// Along each axis 2c + 1 inside cube c, and 2c around the face between the cubes c − 1 and c.
+  std::array<std::int64_t, 3> half_cubes{};
 
-/// The cubes that share a point along one axis, in ascending order: the one that holds it and,
-/// within `margin` of a face, the one behind that face. Their weights sum to 1 and are C¹ across
-/// the face.
-struct AxisBlend {
-  int count = 0;  ///< 1 or 2; the rest of the arrays is not set
-  std::array<std::int64_t, 2> cube;
-  std::array<double, 2> p_local;  ///< position from the cube's lower face, metres
-  std::array<double, 2> weight;
-  std::array<double, 2> derivative;  ///< of the weight, 1/m
-};
-
-/// @param cube  the one that holds p along the axis
-/// @param p     world coordinate, metres
-[[nodiscard]] inline AxisBlend axis_blend(std::int64_t cube, double p, double edge, double margin) {
-  AxisBlend axis;
-  const double u = p - static_cast<double>(cube) * edge;
-  const bool low = u < 0.5 * edge;
-  // Signed distance inside the cube from the nearer face, as a fraction of the blending band.
-  const double inside = low ? u : edge - u;
-  if (inside >= margin) {
-    axis.count = 1;
-    axis.cube[0] = cube;
-    axis.p_local[0] = u;
-    axis.weight[0] = 1.0;
-    axis.derivative[0] = 0.0;
-    return axis;
+  [[nodiscard]] std::int64_t first_cube(std::size_t axis) const {
+    return (half_cubes[axis] - 1) >> 1;
   }
-  const double t = std::clamp((inside + margin) / (2.0 * margin), 0.0, 1.0);
-  const double own = smoothstep(t);
-  const double slope = 6.0 * t * (1.0 - t) / (2.0 * margin);
-  const std::int64_t first = low ? cube - 1 : cube;
-  axis.count = 2;
-  axis.cube = {first, first + 1};
-  axis.p_local = {p - static_cast<double>(first) * edge, p - static_cast<double>(first + 1) * edge};
-  axis.weight[0] = low ? 1.0 - own : own;
-  axis.weight[1] = low ? own : 1.0 - own;
-  axis.derivative = {-slope, slope};
-  return axis;
-}
-
-/// One cube's share in the blended field at a point.
-struct BlendTerm {
-  CubeKey cube;
-  Vector3 p_local;          ///< the point from the cube's minimum corner, metres
-  double weight;            ///< positive
-  Vector3 weight_gradient;  ///< 1/m
+  /// 1 or 2.
+  [[nodiscard]] std::size_t num_cubes(std::size_t axis) const {
+    return half_cubes[axis] % 2 == 0 ? 2 : 1;
+  }
+  [[nodiscard]] bool operator==(const BlendZone& other) const {
+    return level == other.level && half_cubes[0] == other.half_cubes[0] &&
+           half_cubes[1] == other.half_cubes[1] && half_cubes[2] == other.half_cubes[2];
+  }
 };
 
-/// The separable partition of unity: at most 8 cubes share a point, and their weights sum to 1.
-/// Where cubes are missing the caller gives what is left to the next level. Calls `visit` with each
-/// term in key order, until it returns false; returns what it returned last.
-/// @param own  the cube that holds p_world
+/// The zones of a level.
+class BlendZones {
+ public:
+  /// @param edge    of a cube, metres
+  /// @param margin  half the width of a band, metres, above 0 and at most half of the edge
+  BlendZones(int level, double edge, double margin)
+      : level_(level), cubes_per_metre_(1.0 / edge), band_(margin / edge) {}
+
+  /// The zone that holds a point; nothing where a coordinate is not finite or beyond the lattice.
+  [[nodiscard]] std::optional<BlendZone> zone_of(const Vector3& p_world) const {
+    const Vector3 cubes = p_world * cubes_per_metre_;
+    constexpr double kEnd = static_cast<double>(kMaxTileCoordinate) * kCubesPerTileAxis;
+    // NaN fails every comparison.
+    if (!(std::abs(cubes.x()) < kEnd && std::abs(cubes.y()) < kEnd && std::abs(cubes.z()) < kEnd)) {
+      return std::nullopt;
+    }
+    const auto half_cube = [this](double along) {
+      const std::int64_t cube = floor_to_integer(along);
+      const double inside = along - static_cast<double>(cube);
+      return 2 * cube + static_cast<std::int64_t>(inside >= band_) +
+             static_cast<std::int64_t>(inside > 1.0 - band_);
+    };
+    return BlendZone{level_, {half_cube(cubes.x()), half_cube(cubes.y()), half_cube(cubes.z())}};
+  }
+
+ private:
+  int level_;
+  double cubes_per_metre_;
+  double band_;
+};
+
+/// Calls visit(cube) for the cubes that share the points of a zone, at most 8, in key order.
 template <typename Visit>
-bool visit_partition_of_unity(const CubeKey& own, const Vector3& p_world, double edge,
-                              double margin, const Visit& visit) {
-  const AxisBlend x = axis_blend(own.x, p_world.x(), edge, margin);
-  const AxisBlend y = axis_blend(own.y, p_world.y(), edge, margin);
-  const AxisBlend z = axis_blend(own.z, p_world.z(), edge, margin);
-  for (std::size_t i = 0; i < static_cast<std::size_t>(x.count); ++i) {
-    for (std::size_t j = 0; j < static_cast<std::size_t>(y.count); ++j) {
-      const double weight_xy = x.weight[i] * y.weight[j];
-      for (std::size_t k = 0; k < static_cast<std::size_t>(z.count); ++k) {
-        const double weight = weight_xy * z.weight[k];
-        if (weight == 0.0) continue;
-        const BlendTerm term{
-            {own.level, x.cube[i], y.cube[j], z.cube[k]},
-            {x.p_local[i], y.p_local[j], z.p_local[k]},
-            weight,
-            {x.derivative[i] * y.weight[j] * z.weight[k],
-             x.weight[i] * y.derivative[j] * z.weight[k], weight_xy * z.derivative[k]}};
-        if (!visit(term)) return false;
+void visit_cubes(const BlendZone& zone, const Visit& visit) {
+  const auto end = [&zone](std::size_t axis) {
+    return zone.first_cube(axis) + static_cast<std::int64_t>(zone.num_cubes(axis));
+  };
+  for (std::int64_t x = zone.first_cube(0); x < end(0); ++x) {
+    for (std::int64_t y = zone.first_cube(1); y < end(1); ++y) {
+      for (std::int64_t z = zone.first_cube(2); z < end(2); ++z) {
+        visit(CubeKey{zone.level, x, y, z});
       }
     }
   }
-  return true;
 }
 
 /// The ancestor's weight of a cube, for comparison: smoothstep(1 + signed distance to the nearest
