@@ -106,7 +106,8 @@ FitConfig FitConfig::preset(FitPreset preset, double cube_size) {
   if (preset == FitPreset::kFast) {
     config.populated_steps = {8, 16};
     config.empty_steps = {4, 8};
-    config.mae_threshold = config.empty_mae_threshold = 0.025;
+    config.mae_threshold = 0.025;
+    config.empty_mae_threshold = 0.012;
     config.max_iterations = 12;
   } else if (preset == FitPreset::kBest) {
     config.populated_steps = {8, 16, 32, 48};
