@@ -27,6 +27,14 @@ struct SurfacePointsOptions {
   bool project = false;     ///< move them onto the surface
 };
 
+struct SurfaceMeshOptions {
+  SurfaceRange range;
+  /// Metres, at most a cube's edge, at least 0.87 resolutions: the mesh is drawn around what is
+  /// nearer.
+  double threshold = 0.05;
+  bool shell = false;  ///< leave it there, instead of moving it onto the surface
+};
+
 /// What a surface was made of.
 struct SurfaceReport {
   std::uint64_t num_cubes = 0;       ///< that were sampled
@@ -53,5 +61,20 @@ SurfaceReport write_surface_points(const std::shared_ptr<TileSource>& source,
                                    const SurfacePointsOptions& options,
                                    const std::filesystem::path& path,
                                    const RunContext& context = {});
+
+/// Streams a triangle mesh of the surface to a .ply (binary little-endian; x, y, z double, nx, ny,
+/// nz and expected_error float) or .obj file (with normals), which appears complete or not at all.
+///
+/// The field is unsigned and has no zero crossing, so that the mesh is what bounds the places whose
+/// distance is below the threshold: a shell around every wall, with triangles on both of its sides,
+/// facing away from it. Its vertices are then moved onto the surface as projected points are, so
+/// that both sides lie on each other; with `shell` they stay. Each edge is that of exactly two
+/// triangles, whatever tiles and blocks it passes, and no vertex is there twice; where the region
+/// or the map ends, the mesh is closed. Field, order, bytes, memory and errors are those of
+/// write_surface_points(); beside that, the indices of vertices on the faces of blocks are held
+/// until all blocks around them are done.
+SurfaceReport write_surface_mesh(const std::shared_ptr<TileSource>& source,
+                                 const SurfaceMeshOptions& options,
+                                 const std::filesystem::path& path, const RunContext& context = {});
 
 }  // namespace gdfmap

@@ -12,7 +12,8 @@ Vector3 stepped(const Vector3& position, const FieldValue& value) {
 
 }  // namespace
 
-std::span<const ProjectedPoint> Projector::project(std::span<const Vector3> points_world) {
+std::span<const ProjectedPoint> Projector::project(std::span<const Vector3> points_world,
+                                                   int num_steps) {
   const std::size_t count = points_world.size();
   values_.resize(count);
   new_values_.resize(count);
@@ -24,7 +25,7 @@ std::span<const ProjectedPoint> Projector::project(std::span<const Vector3> poin
     const double slope = values_[i].gradient.norm();
     projected_[i].normal = slope > 0.0 ? Vector3(values_[i].gradient / slope) : Vector3::Zero();
   }
-  for (int step = 0; step < kSteps; ++step) {
+  for (int step = 0; step < num_steps; ++step) {
     for (std::size_t i = 0; i < count; ++i) moved_[i] = stepped(projected_[i].position, values_[i]);
     evaluator_.evaluate(moved_, new_values_);
     for (std::size_t i = 0; i < count; ++i) {

@@ -74,10 +74,14 @@ std::vector<TileKey> SurfaceDomain::find_tiles() const {
     }
   }
   std::vector<TileKey> tiles(found.begin(), found.end());
-  std::ranges::sort(tiles, [](const TileKey& a, const TileKey& b) {
-    return morton_less({a.x, a.y, a.z}, {b.x, b.y, b.z});
-  });
+  std::ranges::sort(tiles, in_morton_order);
   return tiles;
+}
+
+SampleBox SurfaceDomain::all_samples_in(const CubeKey& cube) const {
+  return {{grid_.first_in_cube(cube.x), grid_.first_in_cube(cube.y), grid_.first_in_cube(cube.z)},
+          {grid_.first_in_cube(cube.x + 1), grid_.first_in_cube(cube.y + 1),
+           grid_.first_in_cube(cube.z + 1)}};
 }
 
 SampleBox SurfaceDomain::samples_in(const CubeKey& cube) const {
@@ -103,6 +107,10 @@ SampleBox SurfaceDomain::samples_in(const CubeKey& cube) const {
     }
   });
   return box.intersection(region_);
+}
+
+bool in_morton_order(const TileKey& a, const TileKey& b) {
+  return morton_less({a.x, a.y, a.z}, {b.x, b.y, b.z});
 }
 
 const std::array<int, kCubesPerTile>& morton_order_of_cubes() {

@@ -30,6 +30,7 @@ class SurfaceDomain {
   /// Every level-0 tile with a sample of the domain, in Morton order.
   [[nodiscard]] std::span<const TileKey> tiles() const { return tiles_; }
 
+  [[nodiscard]] SampleBox all_samples_in(const CubeKey& cube) const;
   /// The samples of a level-0 cube that are in the domain: none, or a box that holds them all.
   [[nodiscard]] SampleBox samples_in(const CubeKey& cube) const;
 
@@ -46,6 +47,8 @@ class SurfaceDomain {
   std::unordered_map<TileKey, CubeMask, TileKeyHash> occupied_;
   std::vector<TileKey> tiles_;
 };
+
+[[nodiscard]] bool in_morton_order(const TileKey& a, const TileKey& b);
 
 /// The 512 cubes of a tile in Morton order.
 [[nodiscard]] const std::array<int, kCubesPerTile>& morton_order_of_cubes();

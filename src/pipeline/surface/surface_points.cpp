@@ -21,8 +21,6 @@ using surface::ProjectedPoint;
 using surface::Projector;
 using surface::SampleBox;
 
-/// Points that are projected at a time: enough to fill vectors, few enough for little memory.
-constexpr std::size_t kProjectedAtATime = 4096;
 constexpr std::size_t kMaxBytesOfPoint = 3 * sizeof(double) + 5 * sizeof(float);
 
 PlyFormat format_of(bool project) {
@@ -81,7 +79,7 @@ class PointFinder {
       const Vector3 p(position(0, x), position(1, y), position(2, z));
       if (options_.project) {
         points_.push_back(p);
-        if (points_.size() == kProjectedAtATime) flush(writer);
+        if (points_.size() == Projector::kBatch) flush(writer);
       } else {
         for (int axis = 0; axis < 3; ++axis) writer.put(p[axis]);
         writer.put(values[x]);
