@@ -29,6 +29,7 @@ Command add_remove(CLI::App& program);
 Command add_verify(CLI::App& program);
 Command add_compact(CLI::App& program);
 Command add_build(CLI::App& program);
+Command add_surface(CLI::App& program);
 Command add_synth(CLI::App& program);
 
 }  // namespace gdfmap::cli

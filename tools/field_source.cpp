@@ -20,10 +20,14 @@ std::shared_ptr<TileSource> open_trained_source(const std::filesystem::path& pat
 
 void throw_if_unreadable(const DistanceField& field) {
   const TileCacheStatistics statistics = field.statistics();
-  if (statistics.unreadable == 0) return;
+  throw_if_unreadable(statistics.unreadable, statistics.first_error, "answers there are unknown");
+}
+
+void throw_if_unreadable(std::uint64_t num_tiles, const std::string& first_error,
+                         const std::string& consequence) {
+  if (num_tiles == 0) return;
   throw Error(ErrorCode::kCorrupt,
-              grouped(statistics.unreadable) +
-                  " tiles could not be read, answers there are unknown: " + statistics.first_error);
+              grouped(num_tiles) + " tiles could not be read, " + consequence + ": " + first_error);
 }
 
 }  // namespace gdfmap::cli

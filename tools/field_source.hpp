@@ -1,7 +1,9 @@
 #pragma once
 
+#include <cstdint>
 #include <filesystem>
 #include <memory>
+#include <string>
 
 #include <gdfmap/query/distance_field.hpp>
 
@@ -13,5 +15,10 @@ namespace gdfmap::cli {
 
 /// @throws Error kCorrupt when tiles could not be read: their answers are unknown.
 void throw_if_unreadable(const DistanceField& field);
+
+/// The same of what was counted. @param first_error  of the first of them
+/// @param consequence  what that means for the result
+void throw_if_unreadable(std::uint64_t num_tiles, const std::string& first_error,
+                         const std::string& consequence);
 
 }  // namespace gdfmap::cli

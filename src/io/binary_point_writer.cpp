@@ -7,22 +7,10 @@
 #include <gdfmap/core/bytes.hpp>
 
 #include "formats.hpp"
+#include "header_count.hpp"
 
 namespace gdfmap::io {
 namespace {
-
-/// Stands in a header for the number of points until finish() knows it. Leading zeros, unlike
-/// spaces, are understood by every reader.
-constexpr std::string_view kCountPlaceholder = "00000000000000000000";
-
-std::vector<std::uint64_t> find_placeholders(std::string_view header) {
-  std::vector<std::uint64_t> offsets;
-  for (std::size_t at = header.find(kCountPlaceholder); at != std::string_view::npos;
-       at = header.find(kCountPlaceholder, at + kCountPlaceholder.size())) {
-    offsets.push_back(at);
-  }
-  return offsets;
-}
 
 template <typename T>
 std::byte* encode(std::span<const Vector3> points, std::byte* to) {
@@ -56,11 +44,7 @@ class BinaryPointWriter final : public PointWriter {
   }
 
   void finish() override {
-    std::string digits = std::to_string(count_);
-    digits.insert(0, kCountPlaceholder.size() - digits.size(), '0');
-    for (const std::uint64_t offset : count_offsets_) {
-      file_.write_at(offset, std::as_bytes(std::span(digits)));
-    }
+    for (const std::uint64_t offset : count_offsets_) write_count(file_, offset, count_);
     file_.commit();
   }
 

@@ -3,9 +3,9 @@
 #include <limits>
 #include <string>
 
-#include <gdfmap/core/atomic_file.hpp>
 #include <gdfmap/core/bytes.hpp>
 #include <gdfmap/core/error.hpp>
+#include <gdfmap/io/ply_writer.hpp>
 #include <gdfmap/pipeline/error_map.hpp>
 
 #include "drawing/color_map.hpp"
@@ -16,8 +16,6 @@ namespace {
 /// Errors at the ends of the colours, in cube sizes.
 constexpr double kDarkest = 1e-3, kLightest = 1e-1;
 constexpr drawing::Color kNotStated{0.6, 0.6, 0.6};
-/// Room for any count; leading zeros are understood by every reader.
-constexpr std::size_t kCountDigits = 20;
 
 std::uint8_t to_byte(double channel) {
   return static_cast<std::uint8_t>(std::lround(255.0 * channel));
@@ -43,27 +41,20 @@ void put(const JudgedSample& sample, double cube_size, ByteWriter& writer) {
 }  // namespace
 
 struct ErrorMapWriter::Impl {
-  AtomicFile file;
+  PlyWriter file;
   double cube_size;
-  std::uint64_t count_offset = 0;
-  std::uint64_t count = 0;
 };
 
 ErrorMapWriter::ErrorMapWriter(const std::filesystem::path& path, double cube_size) {
   if (path.extension() != ".ply") {
     throw Error(ErrorCode::kUsage, path.string() + ": an error map is written as .ply");
   }
-  impl_.reset(new Impl{AtomicFile(path), cube_size});
-  const std::string start =
-      "ply\nformat binary_little_endian 1.0\n"
-      "comment status: 0 fine, 1 coarse, 2 far, 3 unknown\nelement vertex ";
-  impl_->count_offset = start.size();
-  impl_->file.write(
-      std::string_view(start + std::string(kCountDigits, '0') +
-                       "\nproperty double x\nproperty double y\nproperty double z\n"
-                       "property uchar red\nproperty uchar green\nproperty uchar blue\n"
-                       "property float error\nproperty float distance\nproperty float weight\n"
-                       "property char level\nproperty uchar status\nend_header\n"));
+  impl_.reset(new Impl{
+      PlyWriter(path, {.properties = {"double x", "double y", "double z", "uchar red",
+                                      "uchar green", "uchar blue", "float error", "float distance",
+                                      "float weight", "char level", "uchar status"},
+                       .comment = "status: 0 fine, 1 coarse, 2 far, 3 unknown"}),
+      cube_size});
 }
 
 ErrorMapWriter::~ErrorMapWriter() = default;
@@ -71,15 +62,9 @@ ErrorMapWriter::~ErrorMapWriter() = default;
 void ErrorMapWriter::add(std::span<const JudgedSample> samples) {
   ByteWriter writer;
   for (const JudgedSample& sample : samples) put(sample, impl_->cube_size, writer);
-  impl_->file.write(writer.bytes());
-  impl_->count += samples.size();
+  impl_->file.write_vertices(writer.bytes(), samples.size());
 }
 
-void ErrorMapWriter::finish() {
-  std::string digits = std::to_string(impl_->count);
-  digits.insert(0, kCountDigits - digits.size(), '0');
-  impl_->file.write_at(impl_->count_offset, std::as_bytes(std::span(digits)));
-  impl_->file.commit();
-}
+void ErrorMapWriter::finish() { impl_->file.finish(); }
 
 }  // namespace gdfmap

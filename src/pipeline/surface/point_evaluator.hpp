@@ -1,0 +1,58 @@
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <span>
+#include <vector>
+
+#include <gdfmap/core/geometry.hpp>
+#include <gdfmap/field/blending.hpp>
+
+#include "block_sampler.hpp"
+
+namespace gdfmap::surface {
+
+/// The field at a point; all not-a-number where no cube shares it.
+struct FieldValue {
+  double distance = 0.0;               ///< metres
+  Vector3 gradient = Vector3::Zero();  ///< world frame, no unit
+  double expected_error =
+      0.0;  ///< mean of the cubes' as they contribute, metres; NaN where unknown
+};
+
+/// The field of BlockSampler, with gradient, at points that lie near each other: cube by cube, with
+/// the points in the lanes of the kernels. A value depends on its place alone. Not thread-safe;
+/// used again for other points.
+class PointEvaluator {
+ public:
+  explicit PointEvaluator(const FieldOnGrid& field) : field_(field) {}
+
+  /// values[i] answers points_world[i]. Holds the tiles of the points' bounding box meanwhile.
+  void evaluate(std::span<const Vector3> points_world, std::span<FieldValue> values);
+
+ private:
+  /// A cube's part in one point.
+  struct Visit {
+    std::size_t point;
+    BlendTerm term;
+  };
+  /// Σ w and ∇Σ w of a point.
+  struct Share {
+    double weight = 0.0;
+    Vector3 gradient = Vector3::Zero();
+  };
+
+  void collect_visits(std::span<const Vector3> points_world);
+  void evaluate_cube(const Neighbourhood::Cube& cube, std::span<const Visit> visits);
+  void add(const Visit& visit, std::size_t place, double mae, FieldValue& sum);
+
+  const FieldOnGrid& field_;
+  CubeKey low_, high_;
+  std::vector<Visit> visits_;
+  std::vector<Share> shares_;
+  GaussianRowsBuffer rows_;
+  std::array<AlignedFloats, 3> position_, gradient_;
+  AlignedFloats value_;
+};
+
+}  // namespace gdfmap::surface
