@@ -78,7 +78,8 @@ void FieldPacket<Number>::add(const Vector3& p, std::uint32_t index) {
     for (std::size_t a = 0; a < 3; ++a) {
       const auto along = static_cast<Eigen::Index>(a);
       const double corner =
-          static_cast<double>(plan.zones[level].first_cube(a)) * plan.levels[level].edge;
+          static_cast<double>(BlendZone::first_cube(plan.zones[level].half_cubes[a])) *
+          plan.levels[level].edge;
       const auto p_local = static_cast<Number>(p[along] - corner);
       if (place == 0) {
         std::ranges::fill(points.p_local[level][a], p_local);

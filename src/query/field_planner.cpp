@@ -55,7 +55,7 @@ void FieldPlanner::add_level(const BlendZone& zone, const Vector3& p_world, Fiel
   level.edge = model_.lattice.cube_edge(zone.level);
   level.margin = model_.margins[plan.num_levels];
   for (std::size_t a = 0; a < 3; ++a) {
-    level.counts[a] = static_cast<std::uint8_t>(zone.num_cubes(a));
+    level.counts[a] = static_cast<std::uint8_t>(BlendZone::num_cubes(zone.half_cubes[a]));
   }
   plan.zones[plan.num_levels++] = zone;
   plan.is_whole = true;

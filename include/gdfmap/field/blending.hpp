@@ -19,12 +19,12 @@ struct BlendZone {
   /// Along each axis 2c + 1 inside cube c, and 2c around the face between the cubes c − 1 and c.
   std::array<std::int64_t, 3> half_cubes{};
 
-  [[nodiscard]] std::int64_t first_cube(std::size_t axis) const {
-    return (half_cubes[axis] - 1) >> 1;
+  /// The first of the cubes along an axis, and how many there are: 1 or 2.
+  [[nodiscard]] static std::int64_t first_cube(std::int64_t half_cube) {
+    return (half_cube - 1) >> 1;
   }
-  /// 1 or 2.
-  [[nodiscard]] std::size_t num_cubes(std::size_t axis) const {
-    return half_cubes[axis] % 2 == 0 ? 2 : 1;
+  [[nodiscard]] static std::size_t num_cubes(std::int64_t half_cube) {
+    return half_cube % 2 == 0 ? 2 : 1;
   }
   [[nodiscard]] bool operator==(const BlendZone& other) const {
     return level == other.level && half_cubes[0] == other.half_cubes[0] &&
@@ -48,16 +48,22 @@ class BlendZones {
     if (!(std::abs(cubes.x()) < kEnd && std::abs(cubes.y()) < kEnd && std::abs(cubes.z()) < kEnd)) {
       return std::nullopt;
     }
-    const auto half_cube = [this](double along) {
-      const std::int64_t cube = floor_to_integer(along);
-      const double inside = along - static_cast<double>(cube);
-      return 2 * cube + static_cast<std::int64_t>(inside >= band_) +
-             static_cast<std::int64_t>(inside > 1.0 - band_);
-    };
-    return BlendZone{level_, {half_cube(cubes.x()), half_cube(cubes.y()), half_cube(cubes.z())}};
+    return BlendZone{level_,
+                     {half_cube_of(cubes.x()), half_cube_of(cubes.y()), half_cube_of(cubes.z())}};
+  }
+  /// Of a coordinate in metres that is on the lattice.
+  [[nodiscard]] std::int64_t half_cube(double along_axis) const {
+    return half_cube_of(along_axis * cubes_per_metre_);
   }
 
  private:
+  [[nodiscard]] std::int64_t half_cube_of(double cubes) const {
+    const std::int64_t cube = floor_to_integer(cubes);
+    const double inside = cubes - static_cast<double>(cube);
+    return 2 * cube + static_cast<std::int64_t>(inside >= band_) +
+           static_cast<std::int64_t>(inside > 1.0 - band_);
+  }
+
   int level_;
   double cubes_per_metre_;
   double band_;
@@ -66,14 +72,13 @@ class BlendZones {
 /// Calls visit(cube) for the cubes that share the points of a zone, at most 8, in key order.
 template <typename Visit>
 void visit_cubes(const BlendZone& zone, const Visit& visit) {
-  const auto end = [&zone](std::size_t axis) {
-    return zone.first_cube(axis) + static_cast<std::int64_t>(zone.num_cubes(axis));
+  const auto first = [&zone](std::size_t a) { return BlendZone::first_cube(zone.half_cubes[a]); };
+  const auto end = [&](std::size_t a) {
+    return first(a) + static_cast<std::int64_t>(BlendZone::num_cubes(zone.half_cubes[a]));
   };
-  for (std::int64_t x = zone.first_cube(0); x < end(0); ++x) {
-    for (std::int64_t y = zone.first_cube(1); y < end(1); ++y) {
-      for (std::int64_t z = zone.first_cube(2); z < end(2); ++z) {
-        visit(CubeKey{zone.level, x, y, z});
-      }
+  for (std::int64_t x = first(0); x < end(0); ++x) {
+    for (std::int64_t y = first(1); y < end(1); ++y) {
+      for (std::int64_t z = first(2); z < end(2); ++z) visit(CubeKey{zone.level, x, y, z});
     }
   }
 }

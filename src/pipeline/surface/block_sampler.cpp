@@ -1,6 +1,7 @@
 #include "block_sampler.hpp"
 
 #include <algorithm>
+#include <limits>
 #include <utility>
 
 #include <gdfmap/core/flush_to_zero.hpp>
@@ -36,21 +37,23 @@ void BlockSampler::prepare(const SampleBox& box) {
     Axis& axis = axes_[a];
     axis.cubes.clear();
     axis.blends.clear();
+    axis.first_cubes.clear();
+    axis.low = std::numeric_limits<std::int64_t>::max();
+    axis.high = std::numeric_limits<std::int64_t>::min();
     for (std::int64_t i = box.begin[a]; i < box.end[a]; ++i) {
       // The next sample is mostly in the same cube.
       const bool is_next = !axis.cubes.empty() && i < grid.first_in_cube(axis.cubes.back() + 1);
       const std::int64_t cube = is_next ? axis.cubes.back() : grid.cube_of(i);
       axis.cubes.push_back(cube);
-      axis.blends.push_back(axis_blend(cube, grid.position(i), edge, field_.margin));
-    }
-    const auto last_of = [](const AxisBlend& b) {
-      return b.cube[static_cast<std::size_t>(b.count - 1)];
-    };
-    axis.low = axis.blends.front().cube[0];
-    axis.high = last_of(axis.blends.front());
-    for (const AxisBlend& blend : axis.blends) {
-      axis.low = std::min(axis.low, blend.cube[0]);
-      axis.high = std::max(axis.high, last_of(blend));
+      const double p = grid.position(i);
+      const std::int64_t half_cube = field_.zones.half_cube(p);
+      const std::int64_t first = BlendZone::first_cube(half_cube);
+      const std::size_t count = BlendZone::num_cubes(half_cube);
+      axis.first_cubes.push_back(first);
+      axis.blends.push_back(
+          axis_blend(count, p - static_cast<double>(first) * edge, edge, field_.margin));
+      axis.low = std::min(axis.low, first);
+      axis.high = std::max(axis.high, first + static_cast<std::int64_t>(count) - 1);
     }
   }
 }
@@ -90,7 +93,7 @@ void BlockSampler::add_cube(const CubeKey& key, const Neighbourhood::Cube* cube)
 bool BlockSampler::find_shares(const CubeKey& key) {
   const std::array<std::int64_t, 3> cube = {key.x, key.y, key.z};
   for (std::size_t a = 0; a < 3; ++a) {
-    const std::vector<AxisBlend>& blends = axes_[a].blends;
+    const std::vector<AxisBlend<double>>& blends = axes_[a].blends;
     Share& own = shares_[a];
     own.position.resize(blends.size());
     own.share.resize(blends.size());
@@ -99,8 +102,9 @@ bool BlockSampler::find_shares(const CubeKey& key) {
     own.begin = blends.size();
     own.end = 0;
     for (std::size_t i = 0; i < blends.size(); ++i) {
-      for (std::size_t j = 0; j < static_cast<std::size_t>(blends[i].count); ++j) {
-        if (blends[i].cube[j] != cube[a] || blends[i].weight[j] == 0.0) continue;
+      for (std::size_t j = 0; j < blends[i].count; ++j) {
+        const std::int64_t shared = axes_[a].first_cubes[i] + static_cast<std::int64_t>(j);
+        if (shared != cube[a] || blends[i].weight[j] == 0.0) continue;
         own.position.data()[i] = static_cast<float>(blends[i].p_local[j]);
         own.share.data()[i] = static_cast<float>(blends[i].weight[j]);
         own.begin = std::min(own.begin, i);

@@ -17,7 +17,8 @@ namespace gdfmap::surface {
 struct FieldOnGrid {
   const SurfaceDomain& domain;
   TileCache& tiles;
-  double margin;   ///< of blending, metres, above 0 and at most half an edge
+  double margin;  ///< of blending, metres, above 0 and at most half an edge
+  BlendZones zones;
   double max_mae;  ///< metres: cubes with a greater error give no samples of their own
   const SurfaceKernels& kernels;
 };
@@ -50,8 +51,9 @@ class BlockSampler {
   /// The samples of the block along one axis.
   struct Axis {
     std::vector<std::int64_t> cubes;  ///< that hold them
-    std::vector<AxisBlend> blends;
-    std::int64_t low = 0, high = 0;  ///< cubes that share them, both included
+    std::vector<AxisBlend<double>> blends;
+    std::vector<std::int64_t> first_cubes;  ///< of the blends
+    std::int64_t low = 0, high = 0;         ///< cubes that share them, both included
   };
   /// A cube's samples along one axis.
   struct Share {

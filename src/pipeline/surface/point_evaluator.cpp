@@ -14,10 +14,9 @@ void PointEvaluator::evaluate(std::span<const Vector3> points_world, std::span<F
     const FlushToZero flush;
     const Neighbourhood cubes(field_.tiles, low_, high_);
     for (auto first = visits_.begin(); first != visits_.end();) {
-      const auto last = std::find_if(first, visits_.end(), [&](const Visit& visit) {
-        return visit.term.cube != first->term.cube;
-      });
-      if (const Neighbourhood::Cube* const cube = cubes.find(first->term.cube)) {
+      const auto last = std::find_if(first, visits_.end(),
+                                     [&](const Visit& visit) { return visit.cube != first->cube; });
+      if (const Neighbourhood::Cube* const cube = cubes.find(first->cube)) {
         const std::span<const Visit> of_cube(first, last);
         evaluate_cube(*cube, of_cube);
         for (std::size_t i = 0; i < of_cube.size(); ++i) {
@@ -39,24 +38,39 @@ void PointEvaluator::evaluate(std::span<const Vector3> points_world, std::span<F
 /// Sorted by cube, and by point within a cube: sums are taken in one order, whatever the points.
 void PointEvaluator::collect_visits(std::span<const Vector3> points_world) {
   visits_.clear();
-  const Lattice& lattice = field_.domain.lattice();
   for (std::size_t i = 0; i < points_world.size(); ++i) {
-    const auto own = lattice.cube_containing(points_world[i], 0);
-    if (!own) continue;
-    visit_partition_of_unity(*own, points_world[i], lattice.cube_size(), field_.margin,
-                             [&](const BlendTerm& term) {
-                               visits_.push_back({i, term});
-                               return true;
-                             });
+    if (const auto zone = field_.zones.zone_of(points_world[i])) {
+      collect_visits(i, points_world[i], *zone);
+    }
   }
   if (visits_.empty()) return;
-  std::ranges::stable_sort(visits_, {}, [](const Visit& visit) { return visit.term.cube; });
-  low_ = high_ = visits_.front().term.cube;
+  std::ranges::stable_sort(visits_, {}, [](const Visit& visit) { return visit.cube; });
+  low_ = high_ = visits_.front().cube;
   for (const Visit& visit : visits_) {
-    const CubeKey& cube = visit.term.cube;
+    const CubeKey& cube = visit.cube;
     low_ = {0, std::min(low_.x, cube.x), std::min(low_.y, cube.y), std::min(low_.z, cube.z)};
     high_ = {0, std::max(high_.x, cube.x), std::max(high_.y, cube.y), std::max(high_.z, cube.z)};
   }
+}
+
+void PointEvaluator::collect_visits(std::size_t point, const Vector3& p_world,
+                                    const BlendZone& zone) {
+  const double edge = field_.domain.lattice().cube_size();
+  const auto along = [&](int a) {
+    const std::int64_t half_cube = zone.half_cubes[static_cast<std::size_t>(a)];
+    const double corner = static_cast<double>(BlendZone::first_cube(half_cube)) * edge;
+    return axis_blend(BlendZone::num_cubes(half_cube), p_world[a] - corner, edge, field_.margin);
+  };
+  std::size_t next = visits_.size();
+  visit_cubes(zone, [&](const CubeKey& cube) {
+    visits_.push_back({point, cube, Vector3::Zero(), 0.0, Vector3::Zero()});
+  });
+  visit_partition_of_unity(along(0), along(1), along(2), [&](const BlendTerm<double>& term) {
+    Visit& visit = visits_[next++];
+    visit.p_local = Vector3(term.p_local);
+    visit.weight = term.weight;
+    visit.weight_gradient = Vector3(term.weight_gradient);
+  });
 }
 
 void PointEvaluator::evaluate_cube(const Neighbourhood::Cube& cube, std::span<const Visit> visits) {
@@ -66,7 +80,7 @@ void PointEvaluator::evaluate_cube(const Neighbourhood::Cube& cube, std::span<co
     position_[a].resize(count);
     gradient_[a].resize(count);
     float* const end = std::ranges::transform(visits, position_[a].data(), [&](const Visit& visit) {
-                         return static_cast<float>(visit.term.p_local[static_cast<int>(a)]);
+                         return static_cast<float>(visit.p_local[static_cast<int>(a)]);
                        }).out;
     std::fill(end, position_[a].data() + count, 0.0f);
   }
@@ -82,13 +96,13 @@ void PointEvaluator::add(const Visit& visit, std::size_t place, double mae, Fiel
   const auto at = [place](AlignedFloats& floats) {
     return static_cast<double>(floats.data()[place]);
   };
-  const double value = at(value_), weight = visit.term.weight;
+  const double value = at(value_), weight = visit.weight;
   const Vector3 gradient(at(gradient_[0]), at(gradient_[1]), at(gradient_[2]));
   sum.distance += weight * value;
-  sum.gradient += weight * gradient + value * visit.term.weight_gradient;
+  sum.gradient += weight * gradient + value * visit.weight_gradient;
   sum.expected_error += weight * mae;
   shares_[visit.point].weight += weight;
-  shares_[visit.point].gradient += visit.term.weight_gradient;
+  shares_[visit.point].gradient += visit.weight_gradient;
 }
 
 }  // namespace gdfmap::surface

@@ -34,7 +34,10 @@ class PointEvaluator {
   /// A cube's part in one point.
   struct Visit {
     std::size_t point;
-    BlendTerm term;
+    CubeKey cube;
+    Vector3 p_local;
+    double weight;
+    Vector3 weight_gradient;
   };
   /// Σ w and ∇Σ w of a point.
   struct Share {
@@ -43,6 +46,7 @@ class PointEvaluator {
   };
 
   void collect_visits(std::span<const Vector3> points_world);
+  void collect_visits(std::size_t point, const Vector3& p_world, const BlendZone& zone);
   void evaluate_cube(const Neighbourhood::Cube& cube, std::span<const Visit> visits);
   void add(const Visit& visit, std::size_t place, double mae, FieldValue& sum);
 

@@ -45,7 +45,11 @@ SurfaceField::SurfaceField(const std::shared_ptr<TileSource>& source, const Surf
           SampleGrid(checked(range, source->geometry()).resolution, source->geometry().cube_size),
           reach, range.region),
       tiles_(source, context.memory() / 4),
-      field_{domain_, tiles_, margin_of(source->geometry()), range.max_mae,
+      field_{domain_,
+             tiles_,
+             margin_of(source->geometry()),
+             BlendZones(0, source->geometry().cube_size, margin_of(source->geometry())),
+             range.max_mae,
              surface_kernels(best_instruction_set())} {
   if (domain_.tiles().empty()) {
     throw Error(ErrorCode::kUsage, range.region ? "the region holds nothing of the map"
