@@ -30,22 +30,26 @@ CachedTile TileCache::get(const TileKey& key) {
   }
   ++shard.statistics.misses;
   if (const auto flight = shard.loading.find(key); flight != shard.loading.end()) {
-    const std::shared_future<CachedTile> result = flight->second;
+    const std::shared_future<CachedTile> result = flight->second.result;
     lock.unlock();
     return result.get();
   }
+  ++shard.statistics.loads;
+  const std::uint64_t num_refreshes = shard.num_refreshes;
   std::promise<CachedTile> promise;
-  shard.loading.emplace(key, promise.get_future().share());
+  const std::shared_future<CachedTile> result = promise.get_future().share();
+  shard.loading.emplace(key, Flight{result, num_refreshes});
   lock.unlock();
   try {
-    promise.set_value(load(shard, key));
+    promise.set_value(load(shard, key, num_refreshes));
   } catch (...) {
     promise.set_exception(std::current_exception());
   }
   lock.lock();
   const auto flight = shard.loading.find(key);
-  const std::shared_future<CachedTile> result = flight->second;
-  shard.loading.erase(flight);
+  const bool is_ours =
+      flight != shard.loading.end() && flight->second.num_refreshes == num_refreshes;
+  if (is_ours) shard.loading.erase(flight);
   lock.unlock();
   return result.get();
 }
@@ -63,13 +67,7 @@ CachedTile TileCache::find(const TileKey& key) {
   return found->second.tile;
 }
 
-CachedTile TileCache::load(Shard& shard, const TileKey& key) {
-  std::uint64_t num_refreshes = 0;
-  {
-    const std::lock_guard lock(shard.mutex);
-    ++shard.statistics.loads;
-    num_refreshes = shard.num_refreshes;
-  }
+CachedTile TileCache::load(Shard& shard, const TileKey& key, std::uint64_t num_refreshes) {
   Entry entry = read(shard, key);
   CachedTile tile = entry.tile;
   insert(shard, key, std::move(entry), num_refreshes);
@@ -116,6 +114,7 @@ std::size_t TileCache::refresh(Shard& shard) {
   {
     const std::lock_guard lock(shard.mutex);
     ++shard.num_refreshes;
+    shard.loading.clear();
     for (auto entry = shard.entries.begin(); entry != shard.entries.end();) {
       const auto& [key, what] = *entry++;
       if (what.tile.availability == TileAvailability::kUnreadable) {

@@ -206,7 +206,7 @@ TEST_F(TileCacheTest, RefreshDropsWhatChangedAndWhatWasUnreadable) {
 TEST_F(TileCacheTest, ALoadThatARefreshOvertookIsNotKept) {
   TileCache cache(source, 1 << 30);
   source->while_loading = [&] {
-    source->while_loading = nullptr;
+    if (source->num_loads > 1) return;
     source->state = 1;
     cache.refresh();
   };
@@ -214,6 +214,21 @@ TEST_F(TileCacheTest, ALoadThatARefreshOvertookIsNotKept) {
   EXPECT_EQ(cache.statistics().num_tiles, 0u);
   static_cast<void>(cache.get(tile(1)));
   EXPECT_EQ(source->num_loads, 2);
+}
+
+TEST_F(TileCacheTest, NobodyWaitsForALoadThatARefreshOvertook) {
+  TileCache cache(source, 1 << 30);
+  CachedTile after;
+  source->while_loading = [&] {
+    if (source->num_loads > 1) return;
+    source->state = 1;
+    cache.refresh();
+    after = cache.get(tile(1));  // the load that is under way began before
+  };
+  const CachedTile before = cache.get(tile(1));
+  EXPECT_EQ(source->num_loads, 2);
+  EXPECT_NE(before.tile, after.tile);
+  EXPECT_EQ(cache.get(tile(1)).tile, after.tile);
 }
 
 }  // namespace

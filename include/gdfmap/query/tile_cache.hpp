@@ -83,17 +83,23 @@ class TileCache {
     std::size_t num_bytes = 0;
     std::list<TileKey>::iterator position;
   };
+  /// A load that others wait for.
+  struct Flight {
+    std::shared_future<CachedTile> result;
+    std::uint64_t num_refreshes = 0;  ///< when it began
+  };
   struct Shard {
     mutable std::mutex mutex;
     std::unordered_map<TileKey, Entry, TileKeyHash> entries;
     std::list<TileKey> by_use;  ///< most recent first
-    std::unordered_map<TileKey, std::shared_future<CachedTile>, TileKeyHash> loading;
-    std::uint64_t num_refreshes = 0;  ///< a load that one of them overtook is not kept
+    std::unordered_map<TileKey, Flight, TileKeyHash> loading;
+    /// A load that one of them overtook is not kept, and nobody waits for it who comes afterwards.
+    std::uint64_t num_refreshes = 0;
     TileCacheStatistics statistics;
   };
 
   Shard& shard_of(const TileKey& key);
-  [[nodiscard]] CachedTile load(Shard& shard, const TileKey& key);
+  [[nodiscard]] CachedTile load(Shard& shard, const TileKey& key, std::uint64_t num_refreshes);
   [[nodiscard]] Entry read(Shard& shard, const TileKey& key);
   void insert(Shard& shard, const TileKey& key, Entry entry, std::uint64_t num_refreshes);
   std::size_t refresh(Shard& shard);
