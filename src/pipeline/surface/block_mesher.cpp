@@ -38,15 +38,45 @@ BlockMesh BlockMesher::mesh(const Block& block) {
   mesh.is_poor_cube = block.is_first_of_cube && !sampler_.poor_cubes().empty();
   if (mesh.num_samples == 0) return mesh;
   indices_.assign(3 * samples.count(), 0);
-  SampleIndex cell;
-  const auto size = [&](std::size_t axis) { return static_cast<std::int64_t>(block_.size(axis)); };
-  for (cell[2] = 0; cell[2] < size(2); ++cell[2]) {
-    for (cell[1] = 0; cell[1] < size(1); ++cell[1]) {
-      for (cell[0] = 0; cell[0] < size(0); ++cell[0]) add_cell(cell, mesh);
+  mark_inside();
+  for (std::int64_t z = 0; z < static_cast<std::int64_t>(block_.size(2)); ++z) {
+    for (std::int64_t y = 0; y < static_cast<std::int64_t>(block_.size(1)); ++y) {
+      add_row(y, z, mesh);
     }
   }
   place_vertices(mesh);
   return mesh;
+}
+
+void BlockMesher::mark_inside() {
+  const SampleBox& samples = sampler_.box();
+  inside_.clear();
+  for (std::size_t z = 0; z < samples.size(2); ++z) {
+    for (std::size_t y = 0; y < samples.size(1); ++y) {
+      for (const float v : std::span(sampler_.row(y, z), samples.size(0))) {
+        inside_.push_back(std::abs(v) < threshold_ ? 1 : 0);
+      }
+    }
+  }
+}
+
+/// The cells between four rows of samples along x.
+void BlockMesher::add_row(std::int64_t y, std::int64_t z, BlockMesh& mesh) {
+  const std::size_t row = block_.size(0) + 1, plane = row * (block_.size(1) + 1);
+  const std::uint8_t* const first =
+      inside_.data() + static_cast<std::size_t>(z) * plane + static_cast<std::size_t>(y) * row;
+  // Bits 0, 2, 4 and 6 are the corners with an even x, the others those with an odd one.
+  const auto corners_at = [&](std::size_t x) {
+    return static_cast<unsigned>(first[x] | first[x + row] << 2 | first[x + plane] << 4 |
+                                 first[x + plane + row] << 6);
+  };
+  unsigned low = corners_at(0);
+  for (std::size_t x = 0; x < block_.size(0); ++x) {
+    const unsigned high = corners_at(x + 1);
+    const auto inside = static_cast<std::uint8_t>(low | high << 1);
+    low = high;
+    if (inside != 0 && inside != 255) add_cell({static_cast<std::int64_t>(x), y, z}, inside, mesh);
+  }
 }
 
 float BlockMesher::value(const SampleIndex& local) const {
@@ -54,12 +84,8 @@ float BlockMesher::value(const SampleIndex& local) const {
   return std::abs(sampler_.row(at(1), at(2))[at(0)]);
 }
 
-void BlockMesher::add_cell(const SampleIndex& local, BlockMesh& mesh) {
-  unsigned inside = 0;
-  for (int corner = 0; corner < static_cast<int>(kCellCorners); ++corner) {
-    if (value(corner_of(local, corner)) < threshold_) inside |= 1u << corner;
-  }
-  for (const auto& edges : cell_triangles(static_cast<std::uint8_t>(inside))) {
+void BlockMesher::add_cell(const SampleIndex& local, std::uint8_t inside, BlockMesh& mesh) {
+  for (const auto& edges : cell_triangles(inside)) {
     std::array<std::uint32_t, 3> triangle;
     for (std::size_t i = 0; i < 3; ++i) {
       const CellEdge& edge = cell_edges()[edges[i]];

@@ -56,7 +56,9 @@ class BlockMesher {
   [[nodiscard]] BlockMesh mesh(const Block& block);
 
  private:
-  void add_cell(const SampleIndex& local, BlockMesh& mesh);
+  void mark_inside();
+  void add_row(std::int64_t y, std::int64_t z, BlockMesh& mesh);
+  void add_cell(const SampleIndex& local, std::uint8_t inside, BlockMesh& mesh);
   [[nodiscard]] std::uint32_t vertex_on(const SampleIndex& local, int axis, BlockMesh& mesh);
   [[nodiscard]] Vector3 crossing(const SampleIndex& local, int axis) const;
   [[nodiscard]] float value(const SampleIndex& local) const;
@@ -67,7 +69,8 @@ class BlockMesher {
   bool is_shell_;
   BlockSampler sampler_;
   Projector projector_;
-  SampleBox block_;  ///< of lower corners; the samples are one more an axis
+  std::vector<std::uint8_t> inside_;  ///< of each sample, [z][y][x]: 1 below the threshold
+  SampleBox block_;                   ///< of lower corners; the samples are one more an axis
   std::vector<std::uint32_t>
       indices_;  ///< of the vertex on each edge of the block, 0: none, else +1
 };
