@@ -32,6 +32,7 @@ constexpr Help kHelp = {
     "  gdfmap ingest survey.gdfmap feet.las --scale 0.3048 --cube-size 4\n"
     "  gdfmap ingest city.gdfmap dense.las --voxel 0.02 --region=-50,-50,0,50,50,30\n"
     "  gdfmap ingest city.gdfmap scan1_corrected.ply --replace 1\n"
+    "  gdfmap ingest street.gdfmap scan0.pcd scan1.pcd scan2.pcd --poses poses.txt\n"
     "  zcat scan.xyz.gz | gdfmap ingest city.gdfmap -"};
 
 struct Options {
@@ -42,6 +43,8 @@ struct Options {
   std::string config;
   double scale = 1.0;
   std::string transform;
+  std::string poses;
+  std::string sensor_origin;
   bool drop_zero = false;
   std::string region;
   double voxel = 0.0;
@@ -78,6 +81,9 @@ IngestOptions ingest_options(const Options& options) {
   if (!options.transform.empty()) {
     result.transform.T_map_source = read_transform(options.transform);
   }
+  if (!options.sensor_origin.empty()) {
+    result.sensor_origin_source = parse_point(options.sensor_origin, "--sensor-origin");
+  }
   result.drop_zero = options.drop_zero;
   if (!options.region.empty()) result.region = parse_box(options.region, "--region");
   result.voxel_size = options.voxel;
@@ -85,12 +91,20 @@ IngestOptions ingest_options(const Options& options) {
   return result;
 }
 
+/// For each cloud.
+std::vector<IngestOptions> options_of_clouds(const Options& options) {
+  const IngestOptions common = ingest_options(options);
+  const std::size_t num_clouds = options.clouds.size();
+  if (options.poses.empty()) return std::vector<IngestOptions>(num_clouds, common);
+  return posed_options(common, options.poses, num_clouds);
+}
+
 /// Ingests one cloud after the other; people see each as it is done.
-std::vector<IngestReport> ingest_all(const Options& options, const IngestOptions& how, Map& map,
-                                     Session& session) {
+std::vector<IngestReport> ingest_all(const Options& options, const std::vector<IngestOptions>& how,
+                                     Map& map, Session& session) {
   std::vector<IngestReport> reports;
-  for (const std::string& cloud : options.clouds) {
-    reports.push_back(ingest(cloud, map, how, session.context()));
+  for (std::size_t i = 0; i < options.clouds.size(); ++i) {
+    reports.push_back(ingest(options.clouds[i], map, how[i], session.context()));
     if (!session.json()) session.print(ingest_text(reports.back()));
   }
   return reports;
@@ -98,7 +112,7 @@ std::vector<IngestReport> ingest_all(const Options& options, const IngestOptions
 
 void run(const Options& options) {
   Session session(options.common, OnSignal::kStop);
-  const IngestOptions how = ingest_options(options);
+  const std::vector<IngestOptions> how = options_of_clouds(options);
   const GeometryChoice geometry = geometry_choice(options);
   if (options.replace && options.clouds.size() != 1) {
     throw Error(ErrorCode::kUsage, "--replace puts one cloud in the place of one source, not " +
@@ -148,6 +162,17 @@ Command add_ingest(CLI::App& program) {
                   "4 x 4 row-major matrix as text: a rigid motion into the map's frame, in metres, "
                   "applied after --scale")
       ->option_text("FILE");
+  app->add_option("--poses", options->poses,
+                  "Text with one pose of the sensor a line, the first for the first cloud and so "
+                  "on: 12 numbers of a 3 x 4 row-major matrix (KITTI) or 8 of time, x, y, z, qx, "
+                  "qy, qz, qw (TUM). Each cloud is a scan in its sensor's frame; --transform is "
+                  "applied after the pose")
+      ->option_text("FILE");
+  app->add_option("--sensor-origin", options->sensor_origin,
+                  "Where the sensor stood, in the frame and units of the file, so that it moves "
+                  "with the points; kept with the source. Unless given: 0,0,0 with --poses, the "
+                  "place of a PCD's VIEWPOINT, or not known")
+      ->option_text("X,Y,Z");
   app->add_flag("--drop-zero", options->drop_zero,
                 "Leave out points that are exactly (0, 0, 0) in the file");
   app->add_option(
