@@ -60,8 +60,8 @@ struct GradLmOptions {
 struct MinimizeOptions {
   int max_iterations = 20;
   /// Done when a step is shorter than both.
-  double translation_tolerance = 2e-4;  ///< metres
-  double rotation_tolerance = 2e-5;     ///< radians
+  double translation_tolerance = 5e-4;  ///< metres
+  double rotation_tolerance = 5e-5;     ///< radians
   KernelSchedule kernel;
 };
 
