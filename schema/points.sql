@@ -5,6 +5,9 @@
 -- passes over them, and the next writer deletes them.
 -- 64-bit unsigned numbers are stored as SQLite's signed integers with the same bits; 128-bit digests
 -- as 16-byte blobs (low half first, little-endian) or as two such integers.
+--
+-- Minor versions: 2.1 added sensor_x, sensor_y, sensor_z and alignment to sources; a writer adds them to
+-- an older file (ALTER TABLE), a reader takes them for not known.
 
 -- Free text: map_id, geometry.
 CREATE TABLE meta (
@@ -31,7 +34,13 @@ CREATE TABLE sources (
   num_rejected_withheld     INTEGER NOT NULL DEFAULT 0,
   num_rejected_zero         INTEGER NOT NULL DEFAULT 0,
   num_rejected_out_of_range INTEGER NOT NULL DEFAULT 0,   -- beyond the lattice
-  num_rejected_outside      INTEGER NOT NULL DEFAULT 0    -- not in the region asked for
+  num_rejected_outside      INTEGER NOT NULL DEFAULT 0,   -- not in the region asked for
+  sensor_x                  REAL,                         -- where the sensor stood, in the map's
+  sensor_y                  REAL,                         --   frame, metres; NULL: not known. No part
+  sensor_z                  REAL,                         --   of the identity
+  alignment                 TEXT    NOT NULL DEFAULT ''   -- how registration moved the points after
+                                                          --   the transform of parameters: method,
+                                                          --   matrix and figures; empty: it did not
 );
 CREATE UNIQUE INDEX sources_by_identity ON sources (identity) WHERE published = 1;
 

@@ -25,7 +25,8 @@ const std::map<std::string, int> kLayers = {
 const std::map<std::string, std::set<std::string>> kThirdParty = {
     {"sqlite3", {"db"}},         {"xxhash", {"core"}},    {"ceres/", {"fit"}},
     {"yaml-cpp/", {"pipeline"}}, {"cairo", {"pipeline"}}, {"nlohmann/", {"gdf1", "tools"}},
-    {"CLI/", {"tools"}},         {"omp.h", {"core"}},     {"pcl/", {"interop"}}};
+    {"CLI/", {"tools"}},         {"omp.h", {"core"}},     {"pcl/", {"interop"}},
+    {"nanoflann", {"align"}}};
 
 struct Include {
   fs::path file;

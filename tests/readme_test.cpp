@@ -2,9 +2,11 @@
 
 #include <filesystem>
 #include <string>
+#include <vector>
 
 #include <gtest/gtest.h>
 
+#include "support/lidar_room.hpp"
 #include "support/map_fixture.hpp"
 #include "support/temporary_directory.hpp"
 
@@ -23,6 +25,20 @@ double clearance(const gdfmap::Vector3& p_world) {
 }
 // [readme]
 
+// [readme register]
+#include <gdfmap/align/registration.hpp>
+
+Eigen::Isometry3d locate(const std::vector<gdfmap::Vector3>& scan, gdfmap::Map& map,
+                         const Eigen::Isometry3d& T_map_scan) {
+  std::vector<gdfmap::Vector3> scan_map;
+  for (const gdfmap::Vector3& p : scan) scan_map.push_back(T_map_scan * p);
+  const gdfmap::MapWindow window(map, scan_map, gdfmap::MapWindow::MapOptions{});
+  const auto method = gdfmap::make_registration_method("auto");
+  const auto result = method->provide(window, gdfmap::Scan(scan), T_map_scan, {});
+  return gdfmap::is_usable(result.status) ? result.T_target_source : T_map_scan;
+}
+// [readme register]
+
 namespace {
 
 using gdfmap::test::read_file;
@@ -37,6 +53,22 @@ TEST(Readme, ShowsTheCodeThatIsTestedHere) {
   const std::string tested =
       between(read_file(kSource / "tests/readme_test.cpp"), "// [readme]\n", "// [readme]");
   EXPECT_EQ(between(read_file(kSource / "README.md"), "```cpp\n", "```"), tested);
+}
+
+TEST(Readme, ShowsTheRegistrationThatIsTestedHere) {
+  const std::string tested = between(read_file(kSource / "tests/readme_test.cpp"),
+                                     "// [readme register]\n", "// [readme register]");
+  const std::string section =
+      between(read_file(kSource / "README.md"), "## Where is this scan?", "## When");
+  EXPECT_EQ(between(section, "```cpp\n", "```"), tested);
+}
+
+TEST(Readme, ItsRegistrationWorks) {
+  const gdfmap::test::TemporaryDirectory directory;
+  const gdfmap::test::LidarPair pair = gdfmap::test::lidar_pair(1);
+  gdfmap::Map map = gdfmap::test::map_of(directory / "room.gdfmap", pair.target);
+  const Eigen::Isometry3d T = locate(pair.source, map, Eigen::Isometry3d::Identity());
+  EXPECT_LT((T.inverse() * pair.T_target_source).translation().norm(), 0.005);
 }
 
 TEST(Readme, ItsCodeWorks) {

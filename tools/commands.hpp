@@ -31,5 +31,6 @@ Command add_compact(CLI::App& program);
 Command add_build(CLI::App& program);
 Command add_surface(CLI::App& program);
 Command add_synth(CLI::App& program);
+Command add_register(CLI::App& program);
 
 }  // namespace gdfmap::cli

@@ -7,10 +7,10 @@ set -euo pipefail
 
 PACKAGES=(g++ cmake ninja-build ccache git pkg-config ca-certificates
   libeigen3-dev libceres-dev libsqlite3-dev libxxhash-dev libyaml-cpp-dev
-  libcli11-dev nlohmann-json3-dev libcairo2-dev fonts-dejavu-core)
+  libcli11-dev libnanoflann-dev nlohmann-json3-dev libcairo2-dev fonts-dejavu-core)
 for option in "$@"; do
   case $option in
-    --tests) PACKAGES+=(libgtest-dev libpcl-dev libbenchmark-dev libnanoflann-dev) ;;
+    --tests) PACKAGES+=(libgtest-dev libpcl-dev libbenchmark-dev) ;;
     --clang) PACKAGES+=(clang-14 libomp-14-dev) ;;
     *) echo "unknown option $option" >&2; exit 2 ;;
   esac

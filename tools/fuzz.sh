@@ -8,7 +8,7 @@ set -euo pipefail
 cd "$(dirname "$0")/.."
 
 targets=("$@")
-if ((${#targets[@]} == 0)); then targets=(ply pcd las xyz block tile surroundings gdf1 csv yaml); fi
+if ((${#targets[@]} == 0)); then targets=(ply pcd las xyz poses block tile surroundings gdf1 csv yaml); fi
 runs=${RUNS:-1000000}
 
 tools/dependencies.sh --tests --clang

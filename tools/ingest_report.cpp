@@ -42,6 +42,10 @@ void add_counts(Table& table, const IngestCounts& counts) {
   table.add({"rejected", grouped(counts.num_rejected()) + reasons_text(counts)});
 }
 
+void add_sensor(Table& table, const SourceRecord& source) {
+  if (source.sensor_origin) table.add({"sensor at", point_text(*source.sensor_origin) + " m"});
+}
+
 }  // namespace
 
 std::string source_text(const SourceRecord& source) {
@@ -49,6 +53,8 @@ std::string source_text(const SourceRecord& source) {
   table.add({"source",
              std::to_string(source.id) + ": " + source.path + ", " + byte_text(source.num_bytes)});
   table.add({"options", source.parameters});
+  if (!source.alignment.empty()) table.add({"aligned", source.alignment});
+  add_sensor(table, source);
   add_counts(table, source.counts);
   return table.text();
 }
@@ -59,6 +65,12 @@ nlohmann::ordered_json source_json(const SourceRecord& source) {
                                  {"parameters", source.parameters},
                                  {"identity", source.identity.hex()},
                                  {"num_bytes", source.num_bytes}};
+  json["sensor_origin"] = nullptr;
+  if (const auto& origin = source.sensor_origin) {
+    json["sensor_origin"] = {origin->x(), origin->y(), origin->z()};
+  }
+  json["alignment"] = nullptr;
+  if (!source.alignment.empty()) json["alignment"] = source.alignment;
   json.update(counts_json(source.counts));
   return json;
 }
@@ -68,6 +80,8 @@ std::string ingest_text(const IngestReport& report) {
   table.add({"source", std::to_string(report.source.id) + ": " + report.source.path + ", " +
                            byte_text(report.source.num_bytes)});
   if (report.already_present) table.add({"unchanged", "it is in the map already"});
+  if (report.sensor_origin_changed) table.add({"changed", "where the sensor stood"});
+  add_sensor(table, report.source);
   add_counts(table, report.source.counts);
   return table.text();
 }
@@ -78,6 +92,7 @@ nlohmann::ordered_json ingest_json(std::span<const IngestReport> reports) {
   for (const IngestReport& report : reports) {
     sources.push_back(source_json(report.source));
     sources.back()["already_present"] = report.already_present;
+    sources.back()["sensor_origin_changed"] = report.sensor_origin_changed;
     if (!report.already_present) sum += report.source.counts;
   }
   nlohmann::ordered_json json = counts_json(sum);

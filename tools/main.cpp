@@ -32,7 +32,8 @@ std::vector<Command> add_commands(CLI::App& program) {
   return {add_ingest(program),   add_train(program),   add_query(program),   add_tile(program),
           add_slice(program),    add_surface(program), add_export(program),  add_import(program),
           add_evaluate(program), add_info(program),    add_sources(program), add_remove(program),
-          add_verify(program),   add_compact(program), add_build(program),   add_synth(program)};
+          add_verify(program),   add_compact(program), add_build(program),   add_synth(program),
+          add_register(program)};
 }
 
 void describe(CLI::App& program) {

@@ -4,10 +4,12 @@
 #include <cmath>
 #include <cstdint>
 #include <limits>
+#include <numbers>
 #include <vector>
 
 #include <CLI/CLI.hpp>
 
+#include <gdfmap/align/rigid_motion.hpp>
 #include <gdfmap/core/error.hpp>
 #include <gdfmap/core/run_context.hpp>
 
@@ -171,6 +173,14 @@ Box3 parse_box(std::string_view text, const std::string& option) {
   const Box3 box(Vector3(v[0], v[1], v[2]), Vector3(v[3], v[4], v[5]));
   if (box.isEmpty()) fail(option, text, need);
   return box;
+}
+
+Eigen::Isometry3d parse_pose(std::string_view text, const std::string& option) {
+  const auto values = parse_numbers(
+      text, 6, option, "six numbers X,Y,Z,ROLL,PITCH,YAW in metres and degrees, nor a file");
+  const double degree = std::numbers::pi / 180.0;
+  return motion_from_angles({values[0], values[1], values[2]},
+                            degree * Vector3(values[3], values[4], values[5]));
 }
 
 TileKey parse_tile_key(std::string_view text, const std::string& option) {

@@ -79,6 +79,8 @@ void add_blend_option(CLI::App& app, BlendOption& option);
 [[nodiscard]] Ray parse_ray(std::string_view text, const std::string& option);
 /// "X0,Y0,Z0,X1,Y1,Z1", lower corner first, metres.
 [[nodiscard]] Box3 parse_box(std::string_view text, const std::string& option);
+/// "X,Y,Z,ROLL,PITCH,YAW", finite, metres and degrees: R = Rz(yaw) · Ry(pitch) · Rx(roll).
+[[nodiscard]] Eigen::Isometry3d parse_pose(std::string_view text, const std::string& option);
 /// "LEVEL,X,Y,Z"
 [[nodiscard]] TileKey parse_tile_key(std::string_view text, const std::string& option);
 /// @}

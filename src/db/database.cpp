@@ -84,6 +84,30 @@ void check_tables(Database& database, std::string_view sql) {
   }
 }
 
+constexpr int kMinorsPerMajor = 1000;
+
+void set_version(Database& database, int major, int minor) {
+  database.execute("PRAGMA user_version = " + std::to_string(major * kMinorsPerMajor + minor));
+}
+
+void create_schema(Database& database, const Schema& schema) {
+  database.execute("PRAGMA page_size = 16384; PRAGMA auto_vacuum = INCREMENTAL");
+  Transaction transaction(database);
+  database.execute(schema.sql);
+  database.execute("PRAGMA application_id = " + std::to_string(schema.application_id));
+  set_version(database, schema.major, schema.minor);
+  transaction.commit();
+}
+
+void migrate(Database& database, const Schema& schema, int minor) {
+  Transaction transaction(database);
+  for (const char* const sql : schema.migrations.subspan(static_cast<std::size_t>(minor))) {
+    database.execute(sql);
+  }
+  set_version(database, schema.major, schema.minor);
+  transaction.commit();
+}
+
 }  // namespace
 
 void Database::Close::operator()(sqlite3* handle) const { sqlite3_close_v2(handle); }
@@ -185,6 +209,14 @@ void Statement::bind_one(int index, double value) {
   check(sqlite3_bind_double(statement_.get(), index, value));
 }
 
+void Statement::bind_one(int index, const std::optional<double>& value) {
+  if (value) {
+    bind_one(index, *value);
+  } else {
+    check(sqlite3_bind_null(statement_.get(), index));
+  }
+}
+
 void Statement::bind_one(int index, std::string_view value) {
   check(sqlite3_bind_text64(statement_.get(), index, value.data(), value.size(), SQLITE_TRANSIENT,
                             SQLITE_UTF8));
@@ -224,21 +256,14 @@ void Transaction::commit() {
   open_ = false;
 }
 
-void prepare_schema(Database& database, const Schema& schema, OpenMode mode) {
-  constexpr int kMinorsPerMajor = 1000;
+int prepare_schema(Database& database, const Schema& schema, OpenMode mode) {
   const std::string name = database.path().string();
   const std::int64_t id = database.query_int("PRAGMA application_id");
   const std::int64_t version = database.query_int("PRAGMA user_version");
   const bool empty = id == 0 && database.query_int("SELECT count(*) FROM sqlite_master") == 0;
   if (empty && mode == OpenMode::kCreate) {
-    database.execute("PRAGMA page_size = 16384; PRAGMA auto_vacuum = INCREMENTAL");
-    Transaction transaction(database);
-    database.execute(schema.sql);
-    database.execute("PRAGMA application_id = " + std::to_string(schema.application_id));
-    database.execute("PRAGMA user_version = " +
-                     std::to_string(schema.major * kMinorsPerMajor + schema.minor));
-    transaction.commit();
-    return;
+    create_schema(database, schema);
+    return schema.minor;
   }
   if (id != schema.application_id) {
     throw Error(ErrorCode::kCorrupt, name + " is not a database of the kind expected here");
@@ -249,6 +274,11 @@ void prepare_schema(Database& database, const Schema& schema, OpenMode mode) {
                     ", this build reads version " + std::to_string(schema.major));
   }
   check_tables(database, schema.sql);
+  const int minor = static_cast<int>(version % kMinorsPerMajor);
+  const bool writes = mode == OpenMode::kCreate || mode == OpenMode::kWrite;
+  if (!writes || minor >= schema.minor) return minor;
+  migrate(database, schema, minor);
+  return schema.minor;
 }
 
 OpenMode reading_mode(const std::filesystem::path& path) {

@@ -1,6 +1,7 @@
 #include "pcd_header.hpp"
 
 #include <algorithm>
+#include <cmath>
 #include <limits>
 #include <optional>
 #include <string_view>
@@ -56,7 +57,9 @@ class HeaderParser {
       height_ = require_count(next_word(rest));
     } else if (is("POINTS")) {
       points_ = require_count(next_word(rest));
-    } else if (!keyword.empty() && keyword.front() != '#' && !is("VERSION") && !is("VIEWPOINT")) {
+    } else if (is("VIEWPOINT")) {
+      header_.viewpoint = parse_viewpoint(rest);
+    } else if (!keyword.empty() && keyword.front() != '#' && !is("VERSION")) {
       fail("unknown keyword " + in_quotes(keyword));
     }
     return true;
@@ -72,6 +75,20 @@ class HeaderParser {
       field.name = name;
       header_.fields.push_back(std::move(field));
     }
+  }
+
+  /// What is no viewpoint says nothing: it is beside the points. Nor does the one that every writer
+  /// puts there, the origin without a rotation.
+  static std::optional<std::array<double, 7>> parse_viewpoint(std::string_view rest) {
+    constexpr std::array<double, 7> kDefault = {0, 0, 0, 1, 0, 0, 0};
+    std::array<double, 7> viewpoint{};
+    for (double& value : viewpoint) {
+      const auto number = parse_number(next_word(rest));
+      if (!number || !std::isfinite(*number)) return std::nullopt;
+      value = *number;
+    }
+    if (viewpoint == kDefault) return std::nullopt;
+    return viewpoint;
   }
 
   template <typename F>

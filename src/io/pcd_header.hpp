@@ -32,6 +32,8 @@ struct PcdHeader {
   std::vector<PcdField> fields;
   std::uint64_t num_points = 0;
   PcdEncoding encoding = PcdEncoding::kAscii;
+  /// VIEWPOINT: three numbers of place and a quaternion, w first; empty unless it says anything.
+  std::optional<std::array<double, 7>> viewpoint;
 };
 
 /// Reads up to and including the line DATA. A record of all fields is ≤ InputFile::kMaxPeekBytes.

@@ -39,12 +39,22 @@ std::vector<AsciiColumn> ascii_columns(const PcdHeader& header,
   return columns;
 }
 
+CloudInfo cloud_info(const PcdHeader& header, const char* format) {
+  CloudInfo info{format, header.num_points};
+  if (!header.viewpoint) return info;
+  const std::array<double, 7>& v = *header.viewpoint;
+  info.sensor_origin = Vector3(v[0], v[1], v[2]);
+  // A quaternion is no rotation where it is a multiple of one; zero is none either.
+  info.has_sensor_rotation = v[4] != 0.0 || v[5] != 0.0 || v[6] != 0.0;
+  return info;
+}
+
 }  // namespace
 
 std::unique_ptr<PointReader> open_pcd(std::unique_ptr<InputFile> file) {
   const PcdHeader header = read_pcd_header(*file);
   const auto coordinates = find_pcd_coordinates(*file, header.fields);
-  const auto info = [&](const char* format) { return CloudInfo{format, header.num_points}; };
+  const auto info = [&](const char* format) { return cloud_info(header, format); };
   switch (header.encoding) {
     case PcdEncoding::kAscii:
       return std::make_unique<AsciiRecordReader>(std::move(file), info("PCD ascii"), "point",

@@ -4,7 +4,9 @@
 #include <string>
 
 #include <gdfmap/core/error.hpp>
+#include <gdfmap/core/rigid_transform.hpp>
 #include <gdfmap/io/point_reader.hpp>
+#include <gdfmap/io/poses.hpp>
 #include <gdfmap/pipeline/ingest.hpp>
 
 namespace gdfmap {
@@ -33,19 +35,30 @@ std::array<double, 16> read_matrix(const std::filesystem::path& path) {
 Eigen::Isometry3d read_transform(const std::filesystem::path& path) {
   const std::array<double, 16> values = read_matrix(path);
   const Eigen::Map<const Eigen::Matrix<double, 4, 4, Eigen::RowMajor>> matrix(values.data());
-  const Eigen::Matrix3d rotation = matrix.topLeftCorner<3, 3>();
-  constexpr double kTolerance = 1e-4;
-  const bool is_rotation =
-      (rotation * rotation.transpose() - Eigen::Matrix3d::Identity()).norm() < kTolerance &&
-      rotation.determinant() > 0.0;
-  if (!matrix.allFinite() || !is_rotation || matrix.row(3) != Eigen::RowVector4d(0, 0, 0, 1)) {
+  const auto transform = rigid_transform(matrix.topRows<3>());
+  if (!transform || matrix.row(3) != Eigen::RowVector4d(0, 0, 0, 1)) {
     throw Error(ErrorCode::kUsage,
                 path.string() + ": not a rigid transformation; a factor goes into --scale");
   }
-  Eigen::Isometry3d transform = Eigen::Isometry3d::Identity();
-  transform.linear() = Eigen::Quaterniond(rotation).normalized().toRotationMatrix();
-  transform.translation() = matrix.topRightCorner<3, 1>();
-  return transform;
+  return *transform;
+}
+
+std::vector<IngestOptions> posed_options(const IngestOptions& options,
+                                         const std::filesystem::path& poses_path,
+                                         std::size_t num_clouds) {
+  const std::vector<Eigen::Isometry3d> poses = read_poses(poses_path);
+  if (poses.size() != num_clouds) {
+    throw Error(ErrorCode::kUsage,
+                poses_path.string() + ": it holds " + std::to_string(poses.size()) + " poses for " +
+                    std::to_string(num_clouds) +
+                    " clouds; the first pose is that of the first cloud, and so on");
+  }
+  std::vector<IngestOptions> result(num_clouds, options);
+  for (std::size_t i = 0; i < num_clouds; ++i) {
+    result[i].transform.T_map_source = options.transform.T_map_source * poses[i];
+    result[i].sensor_origin_source = options.sensor_origin_source.value_or(Vector3::Zero());
+  }
+  return result;
 }
 
 IngestReport ingest(const std::filesystem::path& cloud, Map& map, const IngestOptions& options,

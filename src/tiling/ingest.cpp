@@ -1,16 +1,16 @@
 #include <algorithm>
 #include <array>
-#include <charconv>
-#include <cmath>
 #include <cstdio>
 #include <filesystem>
 #include <fstream>
+#include <utility>
 
 #include <gdfmap/core/error.hpp>
 #include <gdfmap/tiling/ingest.hpp>
 
 #include "block_pipeline.hpp"
 #include "block_stager.hpp"
+#include "ingest_options.hpp"
 #include "read_ahead.hpp"
 
 namespace gdfmap {
@@ -28,39 +28,11 @@ constexpr double kWarnZeroRatio = 0.01;
 constexpr double kDiskBytesPerPoint = 4.0;
 constexpr double kMaxLogBytes = 20.0 * (1 << 20);
 
-/// The shortest text that reads back as the same number; both zeros are "0".
-std::string number_text(double value) {
-  std::array<char, 32> text;
-  const auto end = std::to_chars(text.data(), text.data() + text.size(), value + 0.0).ptr;
-  return {text.data(), end};
-}
-
 Digest source_identity(const Digest& file, const std::string& parameters) {
   ByteWriter writer;
   writer.put(file);
   writer.put_bytes(std::as_bytes(std::span(parameters)));
   return hash128(writer.bytes());
-}
-
-void check_options(const IngestOptions& options, const Lattice& lattice) {
-  const double scale = options.transform.scale;
-  if (!std::isfinite(scale) || scale <= 0.0) {
-    throw Error(ErrorCode::kUsage, "scale must be a positive number, not " + number_text(scale));
-  }
-  if (!options.transform.T_map_source.matrix().allFinite()) {
-    throw Error(ErrorCode::kUsage, "the transform has an entry that is not finite");
-  }
-  if (options.region && !(options.region->min().allFinite() && options.region->max().allFinite() &&
-                          (options.region->sizes().array() > 0.0).all())) {
-    throw Error(ErrorCode::kUsage, "the region must be finite and have its lower corner first");
-  }
-  if (options.voxel_size != 0.0 &&
-      !(options.voxel_size >= lattice.step() && options.voxel_size <= lattice.cube_size())) {
-    throw Error(ErrorCode::kUsage, "a voxel must be from " + number_text(lattice.step()) +
-                                       " m to " + number_text(lattice.cube_size()) +
-                                       " m long (a quantisation step to a cube of this map), not " +
-                                       number_text(options.voxel_size) + " m");
-  }
 }
 
 bool is_published(PointStore& store, std::int64_t id) {
@@ -74,10 +46,6 @@ void check_replaced(const IngestOptions& options, PointStore& store) {
   if (!replaced || is_published(store, *replaced)) return;
   throw Error(ErrorCode::kUsage, "there is no source " + std::to_string(*replaced) +
                                      " to replace; `gdfmap sources` lists them");
-}
-
-int voxel_steps(const IngestOptions& options, const Lattice& lattice) {
-  return static_cast<int>(std::lround(options.voxel_size / lattice.step()));
 }
 
 /// Half-open, so that regions that share a face share no point.
@@ -127,6 +95,7 @@ class Ingest {
       : reader_(&reader),
         lattice_(&lattice),
         options_(&options),
+        transform_(options.aligned_transform()),
         stager_(&stager),
         context_(&context) {}
 
@@ -165,7 +134,7 @@ class Ingest {
         return;
       }
     }
-    const Vector3 p_map = options_->transform.apply(p_source);
+    const Vector3 p_map = transform_.apply(p_source);
     const auto p = lattice_->quantize(p_map);
     if (!p) {
       ++counts_.num_rejected_out_of_range;
@@ -179,6 +148,7 @@ class Ingest {
   PointReader* reader_;
   const Lattice* lattice_;
   const IngestOptions* options_;
+  PointTransform transform_;
   BlockStager* stager_;
   const RunContext* context_;
   IngestCounts counts_;
@@ -226,78 +196,58 @@ void warn_of_zeros(const std::string& path, const IngestReport& report,
       "out");
 }
 
-/// For a cloud that is there already. A replacement that was interrupted after its commit finds
-/// nothing left to do.
-void remove_replaced(PointStore& store, const IngestOptions& options, std::int64_t present,
-                     const RunContext& context) {
-  const auto replaced = options.replaced_source;
-  if (replaced && *replaced != present && is_published(store, *replaced)) {
-    store.remove(*replaced, context);
-  }
+void warn_of_rotation(const PointReader& reader, const std::string& path,
+                      const IngestOptions& options, const RunContext& context) {
+  if (!reader.info().has_sensor_rotation || options.sensor_origin_source) return;
+  context.warn(path +
+               ": the file states how the sensor was turned; its points are taken as they stand "
+               "(--transform and --poses turn them)");
 }
 
-void discard_quietly(PointStore& store, std::int64_t source, const RunContext& context) {
+void discard_quietly(PointStore& store, std::int64_t source) {
   try {
-    store.discard(source, context);
+    store.discard(source);
   } catch (const std::exception&) {
     // The next writer deletes what is left; the first error, if any, is the one to tell.
   }
 }
 
-/// Stages the cloud as the source begun, and publishes it unless it is there already.
-IngestReport stage_and_publish(PointReader& reader, const Lattice& lattice, PointStore& store,
-                               const IngestOptions& options, const RunContext& context,
-                               SourceRecord source) {
-  IngestReport report;
-  {
-    BlockPipeline pipeline(store, source.id, source.voxel_steps, num_block_threads(context));
-    BlockStager stager(pipeline, buffer_bytes(context));
-    Ingest ingest(reader, lattice, options, stager, context);
-    source.counts = ingest.run();
-    pipeline.finish();
-    context.throw_if_stopped();
-    source.counts.num_stored = pipeline.num_stored();
-    source.counts.num_duplicates = pipeline.num_duplicates();
-    source.counts.num_thinned = pipeline.num_thinned();
-    report.num_zero = ingest.num_zero();
-  }
-  source.identity = source_identity(reader.identity(), source.parameters);
-  source.num_bytes = reader.num_bytes();
-  if (auto known = store.find_source(source.identity)) {
-    store.discard(source.id);
-    remove_replaced(store, options, known->id, context);
-    report.source = std::move(*known);
-    report.already_present = true;
-    return report;
-  }
-  store.publish(source, options.replaced_source);
-  if (options.replaced_source) discard_quietly(store, *options.replaced_source, context);
-  report.source = std::move(source);
+/// Stages the points of a cloud as those of the source begun, and counts them in the report.
+void stage_points(PointReader& reader, const Lattice& lattice, PointStore& store,
+                  const IngestOptions& options, const RunContext& context, IngestReport& report) {
+  SourceRecord& source = report.source;
+  BlockPipeline pipeline(store, source.id, source.voxel_steps, num_block_threads(context));
+  BlockStager stager(pipeline, buffer_bytes(context));
+  Ingest ingest(reader, lattice, options, stager, context);
+  source.counts = ingest.run();
+  pipeline.finish();
+  context.throw_if_stopped();
+  source.counts.num_stored = pipeline.num_stored();
+  source.counts.num_duplicates = pipeline.num_duplicates();
+  source.counts.num_thinned = pipeline.num_thinned();
+  report.num_zero = ingest.num_zero();
+}
+
+/// In the map's frame: where somebody says that the sensor stood, else where the file says it.
+std::optional<Vector3> sensor_origin(const CloudInfo& info, const IngestOptions& options) {
+  const auto p_source =
+      options.sensor_origin_source ? options.sensor_origin_source : info.sensor_origin;
+  if (!p_source) return std::nullopt;
+  return options.aligned_transform().apply(*p_source);
+}
+
+/// What a source that is there already answers to the same cloud again. Where the sensor stood may
+/// be told later; of an aligned cloud only registration knows it.
+IngestReport report_of_known(SourceRecord known, const IngestOptions& options) {
+  IngestReport report{.source = std::move(known), .already_present = true};
+  if (!options.sensor_origin_source || options.alignment) return report;
+  const Vector3 origin = options.transform.apply(*options.sensor_origin_source);
+  report.sensor_origin_changed = report.source.sensor_origin != origin;
+  report.source.sensor_origin = origin;
   return report;
 }
 
 }  // namespace
-
-std::string IngestOptions::canonical() const {
-  std::string text = "scale=" + number_text(transform.scale) + " transform=";
-  for (int row = 0; row < 3; ++row) {
-    for (int column = 0; column < 4; ++column) {
-      text += number_text(transform.T_map_source(row, column));
-      text += row == 2 && column == 3 ? ' ' : ',';
-    }
-  }
-  text += std::string("drop_zero=") + (drop_zero ? "1" : "0");
-  if (region) {
-    text += " region=";
-    for (const Vector3& corner : {region->min(), region->max()}) {
-      for (int axis = 0; axis < 3; ++axis) {
-        text += (text.back() == '=' ? "" : ",") + number_text(corner[axis]);
-      }
-    }
-  }
-  if (voxel_size != 0.0) text += " voxel=" + number_text(voxel_size);
-  return text;
-}
 
 std::optional<SourceRecord> find_published(const std::string& path, const IngestOptions& options,
                                            PointStore& store, const RunContext& context) {
@@ -309,29 +259,81 @@ std::optional<SourceRecord> find_published(const std::string& path, const Ingest
       source_identity(hash_file(path, num_bytes, context), options.canonical()));
 }
 
-IngestReport ingest_points(PointReader& reader, const std::string& path, const Lattice& lattice,
-                           PointStore& store, const IngestOptions& options,
-                           const RunContext& context) {
-  check_options(options, lattice);
+SurveyIngest::~SurveyIngest() {
+  for (const IngestReport& report : reports_) {
+    if (!report.already_present) discard_quietly(*store_, report.source.id);
+  }
+}
+
+std::optional<SourceRecord> SurveyIngest::find(const Digest& identity) const {
+  for (const IngestReport& report : reports_) {
+    if (report.source.identity == identity) return report.source;
+  }
+  return store_->find_source(identity);
+}
+
+void SurveyIngest::stage(PointReader& reader, const std::string& path,
+                         const IngestOptions& options) {
+  check_options(options, *lattice_);
+  replaced_ = options.replaced_source;
+  if (auto known = find_published(path, options, *store_, *context_)) {
+    reports_.push_back(report_of_known(std::move(*known), options));
+    return;
+  }
+  check_replaced(options, *store_);
+  check_disk(reader, path, *store_, options);
+  warn_of_rotation(reader, path, options, *context_);
+
   SourceRecord source;
   source.path = path;
   source.parameters = options.canonical();
-  source.voxel_steps = voxel_steps(options, lattice);
-  if (auto known = find_published(path, options, store, context)) {
-    remove_replaced(store, options, known->id, context);
-    return {.source = std::move(*known), .already_present = true, .num_zero = 0};
+  source.voxel_steps = voxel_steps(options, *lattice_);
+  source.sensor_origin = sensor_origin(reader.info(), options);
+  if (options.alignment) source.alignment = options.alignment->text();
+  source.id = store_->begin_source(path, source.parameters, source.voxel_steps);
+  reports_.push_back({.source = std::move(source)});
+
+  IngestReport& report = reports_.back();
+  stage_points(reader, *lattice_, *store_, options, *context_, report);
+  const Digest identity = source_identity(reader.identity(), report.source.parameters);
+  if (auto known = find(identity)) {
+    store_->discard(report.source.id);
+    report = report_of_known(std::move(*known), options);
+    return;
   }
-  check_replaced(options, store);
-  check_disk(reader, path, store, options);
-  source.id = store.begin_source(path, source.parameters, source.voxel_steps);
-  try {
-    IngestReport report = stage_and_publish(reader, lattice, store, options, context, source);
-    warn_of_zeros(path, report, options, context);
-    return report;
-  } catch (...) {
-    discard_quietly(store, source.id, {});
-    throw;
+  report.source.identity = identity;
+  report.source.num_bytes = reader.num_bytes();
+  warn_of_zeros(path, report, options, *context_);
+}
+
+std::vector<IngestReport> SurveyIngest::publish() {
+  std::vector<SourceRecord> staged;
+  for (const IngestReport& report : reports_) {
+    if (!report.already_present) staged.push_back(report.source);
   }
+  if (!staged.empty()) {
+    store_->publish(staged, replaced_);
+    if (replaced_) discard_quietly(*store_, *replaced_);
+  } else if (replaced_ && is_published(*store_, *replaced_) &&
+             std::ranges::none_of(reports_, [&](const IngestReport& report) {
+               return report.source.id == *replaced_;
+             })) {
+    // All is there already: a replacement that was interrupted after its commit may be run again.
+    store_->remove(*replaced_, *context_);
+  }
+  for (const IngestReport& report : reports_) {
+    if (!report.sensor_origin_changed) continue;
+    store_->set_sensor_origin(report.source.id, *report.source.sensor_origin);
+  }
+  return std::exchange(reports_, {});
+}
+
+IngestReport ingest_points(PointReader& reader, const std::string& path, const Lattice& lattice,
+                           PointStore& store, const IngestOptions& options,
+                           const RunContext& context) {
+  SurveyIngest survey(lattice, store, context);
+  survey.stage(reader, path, options);
+  return survey.publish().front();
 }
 
 }  // namespace gdfmap

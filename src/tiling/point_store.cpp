@@ -10,10 +10,19 @@
 namespace gdfmap {
 namespace {
 
+constexpr const char* kMigrations[] = {
+    "ALTER TABLE sources ADD COLUMN sensor_x REAL;"
+    "ALTER TABLE sources ADD COLUMN sensor_y REAL;"
+    "ALTER TABLE sources ADD COLUMN sensor_z REAL;"
+    "ALTER TABLE sources ADD COLUMN alignment TEXT NOT NULL DEFAULT ''"};
+/// Since when sources have sensors.
+constexpr int kMinorWithSensors = 1;
+
 constexpr db::Schema kSchema{.application_id = 0x67646670,  // "gdfp"
                              .major = 2,
-                             .minor = 0,
-                             .sql = kPointsSchema};
+                             .minor = 1,
+                             .sql = kPointsSchema,
+                             .migrations = kMigrations};
 
 /// What one published source has in one tile, after x, y and z of the tile, voxels and source.
 std::string tile_query(const char* rest) {
@@ -68,14 +77,21 @@ SourceRecord read_source(const db::Statement& row) {
                    .num_rejected_out_of_range = count(12),
                    .num_rejected_outside = count(13)};
   source.voxel_steps = static_cast<int>(row.integer(14));
+  if (!row.is_null(15) && !row.is_null(16) && !row.is_null(17)) {
+    source.sensor_origin = Vector3(row.real(15), row.real(16), row.real(17));
+  }
+  source.alignment = row.text(18);
   return source;
 }
 
-constexpr char kSourceQuery[] =
-    "SELECT id, path, parameters, identity, num_bytes, num_read, num_stored, num_duplicates,"
-    " num_thinned, num_rejected_not_finite, num_rejected_withheld, num_rejected_zero,"
-    " num_rejected_out_of_range, num_rejected_outside, voxel_steps"
-    " FROM sources WHERE published = 1";
+std::string source_query(bool knows_sensors, const char* rest) {
+  return std::string(
+             "SELECT id, path, parameters, identity, num_bytes, num_read, num_stored,"
+             " num_duplicates, num_thinned, num_rejected_not_finite, num_rejected_withheld,"
+             " num_rejected_zero, num_rejected_out_of_range, num_rejected_outside, voxel_steps,") +
+         (knows_sensors ? " sensor_x, sensor_y, sensor_z, alignment" : " NULL, NULL, NULL, ''") +
+         " FROM sources WHERE published = 1" + rest;
+}
 
 std::vector<TileOffset> checked_points(std::span<const std::byte> data, std::int64_t checksum,
                                        std::int64_t num_points) {
@@ -166,7 +182,7 @@ TileSummary read_summary(const db::Statement& row, int first_column) {
 PointStore::Impl::Impl(const std::filesystem::path& path, db::OpenMode mode,
                        std::size_t cache_bytes)
     : database(path, mode), writes(mode == db::OpenMode::kCreate || mode == db::OpenMode::kWrite) {
-  db::prepare_schema(database, kSchema, mode);
+  knows_sensors = db::prepare_schema(database, kSchema, mode) >= kMinorWithSensors;
   if (writes) db::configure_writer(database, cache_bytes);
   select_tile.emplace(database, tile_query("AND t.x = ? AND t.y = ? AND t.z = ?"));
   select_blocks.emplace(database, kBlocksOfTileQuery);
@@ -197,13 +213,13 @@ std::optional<std::string> PointStore::meta(const std::string& key) {
 
 std::vector<SourceRecord> PointStore::sources() {
   std::vector<SourceRecord> result;
-  db::Statement select(impl_->database, std::string(kSourceQuery) + " ORDER BY id");
+  db::Statement select(impl_->database, source_query(impl_->knows_sensors, " ORDER BY id"));
   while (select.step()) result.push_back(read_source(select));
   return result;
 }
 
 std::optional<SourceRecord> PointStore::find_source(const Digest& identity) {
-  db::Statement select(impl_->database, std::string(kSourceQuery) + " AND identity = ?");
+  db::Statement select(impl_->database, source_query(impl_->knows_sensors, " AND identity = ?"));
   if (!select.bind(identity).step()) return std::nullopt;
   return read_source(select);
 }

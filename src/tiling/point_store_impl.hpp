@@ -41,8 +41,9 @@ inline constexpr int kNumBlockColumns = 9;
                                                  const std::filesystem::path& path);
 
 /// Deletes the sources that nobody published, or that were removed, with all their rows, in bounded
-/// transactions; asked to stop, it leaves the rest.
-void delete_unpublished(db::Database& database, const RunContext& context);
+/// transactions; asked to stop, it leaves the rest. @param kept  ids that stay all the same
+void delete_unpublished(db::Database& database, const RunContext& context,
+                        std::span<const std::int64_t> kept = {});
 
 /// Returns free pages to the file system, a bounded number a transaction, until asked to stop.
 void give_back_free_pages(db::Database& database, const RunContext& context);
@@ -82,6 +83,8 @@ struct PointStore::Impl {
 
   db::Database database;
   bool writes;
+  bool knows_sensors;                ///< a reader may have an older file without their columns
+  std::vector<std::int64_t> staged;  ///< begun by this object, neither published nor discarded
   std::optional<db::Statement> select_tile, select_blocks;
   std::optional<BlockInserter> inserter;
 };

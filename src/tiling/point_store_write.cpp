@@ -1,3 +1,5 @@
+#include <algorithm>
+
 #include <gdfmap/core/failpoint.hpp>
 
 #include "point_store_impl.hpp"
@@ -78,14 +80,16 @@ std::string excluded_columns() {
   return columns;
 }
 
+[[noreturn]] void throw_no_source(const db::Database& database, std::int64_t source) {
+  throw Error(ErrorCode::kUsage,
+              database.path().string() + ": there is no source " + std::to_string(source));
+}
+
 /// Makes a source invisible. @throws Error kUsage unless it is published.
 void hide(db::Database& database, std::int64_t source) {
   db::Statement update(database, "UPDATE sources SET published = 0 WHERE id = ? AND published = 1");
   update.bind(source).run();
-  if (database.changes() != 1) {
-    throw Error(ErrorCode::kUsage,
-                database.path().string() + ": there is no source " + std::to_string(source));
-  }
+  if (database.changes() != 1) throw_no_source(database, source);
 }
 
 /// Makes a source visible. @throws Error kUsage unless it was begun and is not published.
@@ -96,12 +100,17 @@ void show(db::Database& database, const SourceRecord& source) {
       "UPDATE sources SET identity = ?, num_bytes = ?, num_read = ?, num_stored = ?, "
       "num_duplicates = ?, num_thinned = ?, num_rejected_not_finite = ?, "
       "num_rejected_withheld = ?, num_rejected_zero = ?, num_rejected_out_of_range = ?, "
-      "num_rejected_outside = ?, published = 1 WHERE id = ? AND published = 0");
+      "num_rejected_outside = ?, sensor_x = ?, sensor_y = ?, sensor_z = ?, alignment = ?, "
+      "published = 1 WHERE id = ? AND published = 0");
+  const auto sensor = [&](int axis) {
+    return source.sensor_origin ? std::optional((*source.sensor_origin)[axis]) : std::nullopt;
+  };
   update
       .bind(source.identity, source.num_bytes, counts.num_read, counts.num_stored,
             counts.num_duplicates, counts.num_thinned, counts.num_rejected_not_finite,
             counts.num_rejected_withheld, counts.num_rejected_zero,
-            counts.num_rejected_out_of_range, counts.num_rejected_outside, source.id)
+            counts.num_rejected_out_of_range, counts.num_rejected_outside, sensor(0), sensor(1),
+            sensor(2), source.alignment, source.id)
       .run();
   if (database.changes() != 1) {
     throw Error(ErrorCode::kUsage, database.path().string() + ": source " +
@@ -123,10 +132,14 @@ FullSync::~FullSync() {
   }
 }
 
-void delete_unpublished(db::Database& database, const RunContext& context) {
+void delete_unpublished(db::Database& database, const RunContext& context,
+                        std::span<const std::int64_t> kept) {
   std::vector<std::int64_t> ids;
   db::Statement select(database, "SELECT id FROM sources WHERE published = 0");
-  while (select.step()) ids.push_back(select.integer(0));
+  while (select.step()) {
+    const std::int64_t id = select.integer(0);
+    if (std::ranges::find(kept, id) == kept.end()) ids.push_back(id);
+  }
   for (const std::int64_t id : ids) SourceDeleter(database, id, context).run();
 }
 
@@ -198,11 +211,11 @@ void PointStore::set_meta(const std::string& key, const std::string& value) {
 
 std::int64_t PointStore::begin_source(const std::string& path, const std::string& parameters,
                                       int voxel_steps) {
-  delete_unpublished(impl_->database, {});
+  delete_unpublished(impl_->database, {}, impl_->staged);
   db::Statement insert(impl_->database,
                        "INSERT INTO sources (path, parameters, voxel_steps) VALUES (?, ?, ?)");
   insert.bind(path, parameters, voxel_steps).run();
-  return impl_->database.last_insert_id();
+  return impl_->staged.emplace_back(impl_->database.last_insert_id());
 }
 
 void PointStore::append(std::int64_t source, std::span<const NewBlock> blocks) {
@@ -214,18 +227,21 @@ void PointStore::append(std::int64_t source, std::span<const NewBlock> blocks) {
   failpoint("ingest.after_append");
 }
 
-void PointStore::publish(const SourceRecord& source, std::optional<std::int64_t> replaced) {
-  if (find_source(source.identity)) {
+void PointStore::publish(std::span<const SourceRecord> sources,
+                         std::optional<std::int64_t> replaced) {
+  for (const SourceRecord& source : sources) {
+    if (!find_source(source.identity)) continue;
     throw Error(ErrorCode::kUsage,
                 impl_->database.path().string() + ": " + source.path + " is published already");
   }
   const FullSync full_sync(impl_->database);
   db::Transaction transaction(impl_->database);
   if (replaced) hide(impl_->database, *replaced);
-  show(impl_->database, source);
+  for (const SourceRecord& source : sources) show(impl_->database, source);
   failpoint("ingest.before_publish");
   transaction.commit();
   failpoint("ingest.after_publish");
+  for (const SourceRecord& source : sources) std::erase(impl_->staged, source.id);
 }
 
 void PointStore::discard(std::int64_t source, const RunContext& context) {
@@ -233,8 +249,20 @@ void PointStore::discard(std::int64_t source, const RunContext& context) {
                              "SELECT 1 FROM sources WHERE id = ? AND published = 1");
   if (is_published.bind(source).step()) return;
   is_published.rewind();
+  std::erase(impl_->staged, source);
   SourceDeleter(impl_->database, source, context).run();
   give_back_free_pages(impl_->database, context);
+}
+
+void PointStore::set_sensor_origin(std::int64_t source, const Vector3& p_map) {
+  const FullSync full_sync(impl_->database);
+  db::Transaction transaction(impl_->database);
+  db::Statement update(impl_->database,
+                       "UPDATE sources SET sensor_x = ?, sensor_y = ?, sensor_z = ? "
+                       "WHERE id = ? AND published = 1");
+  update.bind(p_map.x(), p_map.y(), p_map.z(), source).run();
+  if (impl_->database.changes() != 1) throw_no_source(impl_->database, source);
+  transaction.commit();
 }
 
 void PointStore::remove(std::int64_t source, const RunContext& context) {

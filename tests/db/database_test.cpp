@@ -213,6 +213,39 @@ TEST_F(DatabaseTest, ADatabaseOfAnotherKindOrVersionIsRefused) {
   EXPECT_EQ(error.what(), path().string() + " has format version 3, this build reads version 2");
 }
 
+constexpr const char* kMigrations[] = {"ALTER TABLE t ADD COLUMN c; ALTER TABLE t ADD COLUMN d",
+                                       "ALTER TABLE t ADD COLUMN e"};
+constexpr Schema newer(std::span<const char* const> migrations) {
+  return {kSchema.application_id, kSchema.major, 2, kSchema.sql, migrations};
+}
+
+TEST_F(DatabaseTest, AWriterBringsAnOlderMinorVersionUpToDateAndAReaderDoesNot) {
+  create().execute("PRAGMA user_version = 2000; INSERT INTO t VALUES (1, 2, 3)");
+  const Schema schema = newer(kMigrations);
+  Database reader(path(), OpenMode::kRead);
+  EXPECT_EQ(prepare_schema(reader, schema, OpenMode::kRead), 0);
+  EXPECT_THROW(reader.query_int("SELECT count(c) FROM t"), Error);
+
+  Database writer(path(), OpenMode::kWrite);
+  EXPECT_EQ(prepare_schema(writer, schema, OpenMode::kWrite), 2);
+  EXPECT_EQ(writer.query_int("PRAGMA user_version"), 2002);
+  EXPECT_EQ(writer.query_int("SELECT a + b FROM t WHERE c IS NULL AND d IS NULL AND e IS NULL"), 5);
+  EXPECT_EQ(prepare_schema(writer, schema, OpenMode::kWrite), 2);
+}
+
+TEST_F(DatabaseTest, AMigrationThatFailsLeavesTheOlderVersion) {
+  create().execute("PRAGMA user_version = 2000");
+  constexpr const char* kFailing[] = {"ALTER TABLE t ADD COLUMN c",
+                                      "ALTER TABLE none ADD COLUMN e"};
+  {
+    Database writer(path(), OpenMode::kWrite);
+    EXPECT_THROW(prepare_schema(writer, newer(kFailing), OpenMode::kWrite), Error);
+  }
+  Database reader(path(), OpenMode::kRead);
+  EXPECT_EQ(reader.query_int("PRAGMA user_version"), 2000);
+  EXPECT_THROW(reader.query_int("SELECT count(c) FROM t"), Error);
+}
+
 TEST_F(DatabaseTest, OnlyCreateFillsAnEmptyFile) {
   Database database(write_file(""), OpenMode::kWrite);
   EXPECT_EQ(error_of([&] { prepare_schema(database, kSchema, OpenMode::kWrite); }).code(),

@@ -44,7 +44,7 @@ void expect_keys(const Json& json, const std::vector<std::string>& keys) {
 TEST_F(Commands, EveryHelpHasADescriptionOptionsAndAnExample) {
   for (const char* subcommand :
        {"ingest", "train", "query", "tile", "slice", "surface", "export", "import", "evaluate",
-        "info", "sources", "remove", "verify", "compact", "build", "synth"}) {
+        "info", "sources", "remove", "verify", "compact", "build", "synth", "register"}) {
     const Result result = gdfmap({subcommand, "--help"});
     EXPECT_TRUE(exits_with(0, result)) << subcommand;
     for (const std::string& part :

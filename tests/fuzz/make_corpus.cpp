@@ -50,6 +50,13 @@ void write_clouds(const fs::path& corpus) {
   }
 }
 
+void write_poses(const fs::path& corpus) {
+  write_seed(seed_path(corpus, "poses", "kitti"),
+             "1 0 0 0 0 1 0 0 0 0 1 0\n0 -1 0 1.5 1 0 0 -2.5 0 0 1 4.5e2\n");
+  write_seed(seed_path(corpus, "poses", "tum"),
+             "# time x y z qx qy qz qw\n\n1305031102.1758 1.3 .6 -1.6 0 0 0.7071 0.7071\n");
+}
+
 /// One point, a line, and a cloud that fills every byte plane.
 void write_blocks(const fs::path& corpus) {
   std::vector<TileOffset> line, cloud;
@@ -109,8 +116,9 @@ int main(int argc, char** argv) {
     return 2;
   }
   try {
-    for (const auto& write : {gdfmap::write_clouds, gdfmap::write_blocks, gdfmap::write_tiles,
-                              gdfmap::write_models, gdfmap::write_configurations}) {
+    for (const auto& write :
+         {gdfmap::write_clouds, gdfmap::write_poses, gdfmap::write_blocks, gdfmap::write_tiles,
+          gdfmap::write_models, gdfmap::write_configurations}) {
       write(argv[1]);
     }
   } catch (const std::exception& error) {

@@ -14,7 +14,8 @@ using Input = std::span<const std::byte>;
 [[nodiscard]] bool fuzz_ply(Input bytes);
 [[nodiscard]] bool fuzz_pcd(Input bytes);
 [[nodiscard]] bool fuzz_las(Input bytes);
-[[nodiscard]] bool fuzz_xyz(Input bytes);           ///< through the recognition of formats
+[[nodiscard]] bool fuzz_xyz(Input bytes);  ///< through the recognition of formats
+[[nodiscard]] bool fuzz_poses(Input bytes);
 [[nodiscard]] bool fuzz_block(Input bytes);         ///< blocks of points.db
 [[nodiscard]] bool fuzz_tile(Input bytes);          ///< tiles of cubes.db
 [[nodiscard]] bool fuzz_surroundings(Input bytes);  ///< what such a tile was trained from
@@ -26,15 +27,12 @@ struct Target {
   const char* name;  ///< also of its directory in tests/fuzz/corpus
   bool (*run)(Input bytes);
 };
-inline constexpr std::array kTargets = {Target{"ply", fuzz_ply},
-                                        Target{"pcd", fuzz_pcd},
-                                        Target{"las", fuzz_las},
-                                        Target{"xyz", fuzz_xyz},
-                                        Target{"block", fuzz_block},
-                                        Target{"tile", fuzz_tile},
-                                        Target{"surroundings", fuzz_surroundings},
-                                        Target{"gdf1", fuzz_gdf1},
-                                        Target{"csv", fuzz_csv},
-                                        Target{"yaml", fuzz_yaml}};
+inline constexpr std::array kTargets = {
+    Target{"ply", fuzz_ply},     Target{"pcd", fuzz_pcd},
+    Target{"las", fuzz_las},     Target{"xyz", fuzz_xyz},
+    Target{"poses", fuzz_poses}, Target{"block", fuzz_block},
+    Target{"tile", fuzz_tile},   Target{"surroundings", fuzz_surroundings},
+    Target{"gdf1", fuzz_gdf1},   Target{"csv", fuzz_csv},
+    Target{"yaml", fuzz_yaml}};
 
 }  // namespace gdfmap::fuzz

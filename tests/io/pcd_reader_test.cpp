@@ -33,6 +33,30 @@ TEST(PcdReader, ReadsAsciiBinaryAndCompressed) {
   expect("binary_compressed", compressed_body(kTwoFloatColumns));
 }
 
+TEST(PcdReader, TellsWhereTheSensorStoodAndMovesNoPoint) {
+  const TestDirectory directory;
+  const auto open = [&](const std::string& viewpoint) {
+    std::string header = Pcd().header("ascii");
+    const std::string usual = "VIEWPOINT 1 2 3 0 1 0 0\n";
+    header.replace(header.find(usual), usual.size(), viewpoint);
+    return open_point_cloud(directory.write("v.pcd", header + "1.5 -2.25 3\n4 5.5 -6.75\n"));
+  };
+  const auto turned = open("VIEWPOINT 1 2 3 0 1 0 0\n");
+  EXPECT_EQ(turned->info().sensor_origin, Vector3(1, 2, 3));
+  EXPECT_TRUE(turned->info().has_sensor_rotation);
+  expect_points(read_rest(*turned), kTwoPoints);
+  const auto moved = open("VIEWPOINT -1.5e3 2 3 1 0 0 0\n");
+  EXPECT_EQ(moved->info().sensor_origin, Vector3(-1500, 2, 3));
+  EXPECT_FALSE(moved->info().has_sensor_rotation);
+  // The one that every writer puts there, none, and what is none, say nothing.
+  for (const char* const nothing : {"VIEWPOINT 0 0 0 1 0 0 0\n", "", "VIEWPOINT 1 2 3\n",
+                                    "VIEWPOINT 1 2 nan 1 0 0 0\n", "VIEWPOINT a b\n"}) {
+    const auto reader = open(nothing);
+    EXPECT_FALSE(reader->info().sensor_origin) << nothing;
+    expect_points(read_rest(*reader), kTwoPoints);
+  }
+}
+
 TEST(PcdReader, ReadsPaddingAndRepeatedFields) {
   const TestDirectory directory;
   Pcd pcd;

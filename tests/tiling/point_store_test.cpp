@@ -326,6 +326,62 @@ TEST_F(PointStoreTest, AnotherMajorVersionIsRefused) {
   EXPECT_EQ(error.what(), path().string() + " has format version 3, this build reads version 2");
 }
 
+TEST_F(PointStoreTest, SourcesOfAnOlderFileHaveNoSensorUntilAWriterAddsOne) {
+  std::int64_t id = 0;
+  {
+    PointStore store = create();
+    id = publish(store, 7, {block_of({0, 1, 2, 3}, {{1, 2, 3}})});
+  }
+  // What minor version 1 added goes again.
+  db::Database(path(), db::OpenMode::kWrite)
+      .execute(
+          "ALTER TABLE sources DROP COLUMN sensor_x; ALTER TABLE sources DROP COLUMN sensor_y;"
+          "ALTER TABLE sources DROP COLUMN sensor_z; ALTER TABLE sources DROP COLUMN alignment;"
+          "PRAGMA user_version = 2000");
+  PointStore reader(path(), db::OpenMode::kRead);
+  ASSERT_EQ(reader.sources().size(), 1U);
+  EXPECT_FALSE(reader.sources()[0].sensor_origin);
+  EXPECT_EQ(reader.sources()[0].alignment, "");
+  EXPECT_TRUE(reader.verify(true).empty());
+  {
+    PointStore writer(path(), db::OpenMode::kWrite);
+    EXPECT_FALSE(writer.sources()[0].sensor_origin);
+    writer.set_sensor_origin(id, {1.5, -2.25, 4.0e6});
+    EXPECT_EQ(error_of([&] {
+                writer.set_sensor_origin(id + 1, {0, 0, 0});
+              }).code(),
+              ErrorCode::kUsage);
+  }
+  EXPECT_EQ(reader.sources().size(), 1U);  // a reader that was there before goes on
+  PointStore again(path(), db::OpenMode::kRead);
+  EXPECT_EQ(again.sources()[0].sensor_origin, Vector3(1.5, -2.25, 4.0e6));
+  EXPECT_TRUE(again.verify(true).empty());
+}
+
+TEST_F(PointStoreTest, SourcesOfOneSurveyAppearTogether) {
+  PointStore store = create();
+  const std::int64_t old = publish(store, 1, {block_of({0, 0, 0, 0}, {{1, 1, 1}})});
+  std::vector<SourceRecord> sources;
+  for (const std::uint64_t identity : {2u, 3u}) {
+    sources.push_back(record(store.begin_source("part", ""), identity, 1));
+    store.append(sources.back().id, std::vector{block_of({0, 1, 2, 3}, {{1, 2, 3}})});
+  }
+  EXPECT_EQ(store.sources().size(), 1U);
+  store.publish(sources, old);
+  ASSERT_EQ(store.sources().size(), 2U);
+  EXPECT_EQ(store.sources()[0].id, sources[0].id);
+  EXPECT_EQ(store.find_tile({0, 1, 2, 3})->num_points, 2U);
+}
+
+TEST_F(PointStoreTest, OneSourceThatCannotBePublishedKeepsTheOthersBack) {
+  PointStore store = create();
+  std::vector<SourceRecord> sources = {record(store.begin_source("a", ""), 2, 0),
+                                       record(store.begin_source("b", ""), 3, 0)};
+  sources[1].id += 10;  // never begun
+  EXPECT_EQ(error_of([&] { store.publish(sources); }).code(), ErrorCode::kUsage);
+  EXPECT_TRUE(store.sources().empty());
+}
+
 TEST_F(PointStoreTest, ListingAndLookupUseIndices) {
   { const PointStore store = create(); }
   db::Database database(path(), db::OpenMode::kRead);

@@ -40,6 +40,9 @@ class MemoryReader : public PointReader {
     info_.num_points = points_.size();
   }
 
+  /// Where the file says that the sensor stood.
+  void state_sensor(const Vector3& p_source) { info_.sensor_origin = p_source; }
+
   [[nodiscard]] const CloudInfo& info() const override { return info_; }
   [[nodiscard]] std::size_t read(std::span<Vector3> points) override {
     const std::size_t count =

@@ -101,6 +101,7 @@ class Statement {
     bind_one(index, static_cast<std::int64_t>(value));
   }
   void bind_one(int index, double value);
+  void bind_one(int index, const std::optional<double>& value);  ///< empty: NULL
   void bind_one(int index, std::string_view value);
   void bind_one(int index, const char* value) { bind_one(index, std::string_view(value)); }
   void bind_one(int index, const std::string& value) { bind_one(index, std::string_view(value)); }
@@ -144,14 +145,18 @@ class Transaction {
 struct Schema {
   std::int32_t application_id;
   int major;        ///< a different one is refused
-  int minor;        ///< an older one is migrated by its owner, a newer one is read as it is
+  int minor;        ///< an older one is migrated by a writer, a newer one is read as it is
   const char* sql;  ///< creates every table
+  /// migrations[n] makes minor version n + 1 of version n, with one or more statements.
+  std::span<const char* const> migrations = {};
 };
 
-/// Creates the schema in an empty file, or checks the one that is there.
+/// Creates the schema in an empty file, or checks the one that is there; a writer brings an older
+/// minor version up to date, in one transaction. Returns the minor version that the file then has:
+/// to a reader it may be an older one.
 /// @throws Error kCorrupt when the file is of another kind, of an unknown major version, or lacks a
 ///         table of the schema.
-void prepare_schema(Database& database, const Schema& schema, OpenMode mode);
+int prepare_schema(Database& database, const Schema& schema, OpenMode mode);
 
 /// kRead where the directory of the file can be written, else kImmutable.
 /// @throws Error kIo when a -wal or -journal stands beside the file in a directory that cannot be

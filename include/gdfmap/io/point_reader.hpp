@@ -19,6 +19,11 @@ struct CloudInfo {
       format;  ///< e.g. "PLY binary_little_endian", "PCD binary_compressed", "LAS 1.4 format 7"
   std::optional<std::uint64_t>
       num_points;  ///< as declared, withheld ones included; XYZ declares none
+  /// Where the sensor stood, in the file's frame and units (PCD: VIEWPOINT, unless it is the one
+  /// that every writer puts there).
+  std::optional<Vector3> sensor_origin = std::nullopt;
+  /// The file states how the sensor was turned as well. Points are given as they stand.
+  bool has_sensor_rotation = false;
 };
 
 /// Streams the points of one cloud, in file order, in bounded memory. Not thread-safe.

@@ -3,6 +3,7 @@
 #include <cstdint>
 #include <filesystem>
 #include <optional>
+#include <vector>
 
 #include <gdfmap/core/run_context.hpp>
 #include <gdfmap/map/map.hpp>
@@ -36,6 +37,14 @@ void check_geometry(const Map& map, const GeometryChoice& choice);
 /// Reads a 4 × 4 row-major matrix of numbers (T_map_source, translation in metres).
 /// @throws Error kIo, or kUsage unless it is a rigid transformation.
 [[nodiscard]] Eigen::Isometry3d read_transform(const std::filesystem::path& path);
+
+/// The options of clouds that are scans, each in the frame of its sensor: their poses
+/// (io/poses.hpp), in the order of the clouds. A cloud is ingested with transform · pose, and the
+/// sensor stood at the pose's place, unless the options say where else in its frame.
+/// @throws Error kUsage unless there is one pose for every cloud; as read_poses() does.
+[[nodiscard]] std::vector<IngestOptions> posed_options(const IngestOptions& options,
+                                                       const std::filesystem::path& poses_path,
+                                                       std::size_t num_clouds);
 
 /// What training a map will take, from its occupied cubes; printed before anybody waits for it.
 struct TrainingEstimate {

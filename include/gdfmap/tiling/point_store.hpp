@@ -47,6 +47,11 @@ struct SourceRecord {
   Digest identity;         ///< of the file's bytes and the parameters
   std::uint64_t num_bytes = 0;
   IngestCounts counts;
+  /// Where the sensor stood, in the map's frame, metres; empty where nobody said. No part of the
+  /// identity: the points are the same.
+  std::optional<Vector3> sensor_origin = std::nullopt;
+  /// How registration moved the points, as Alignment::text() says it; empty: it did not.
+  std::string alignment = {};
 };
 
 /// What training needs to know of a tile that holds published points.
@@ -107,15 +112,20 @@ class PointStore {
   /// every reader until publish() commits, with synchronous=FULL.
   /// @{
   /// Deletes whatever an interrupted ingest left and returns the id of a new unpublished source.
+  /// Other sources that this object has begun stay: several can be published together.
   [[nodiscard]] std::int64_t begin_source(const std::string& path, const std::string& parameters,
                                           int voxel_steps = 0);
   /// One transaction. Fastest where the blocks come in the order of their tiles' keys.
   void append(std::int64_t source, std::span<const NewBlock> blocks);
-  /// Sets the source's identity, size and counts and makes it visible, in one transaction, in which
-  /// `replaced` vanishes; its rows stay until discard(). Path, parameters and voxels stay as
-  /// begin_source() got them. @throws Error kUsage unless the source was begun and is not
-  /// published, when one of this identity is, and unless `replaced` is published.
-  void publish(const SourceRecord& source, std::optional<std::int64_t> replaced = std::nullopt);
+  /// Sets identity, size, counts, sensor and alignment of sources and makes all of them visible, in
+  /// one transaction, in which `replaced` vanishes; its rows stay until discard(). Path, parameters
+  /// and voxels stay as begin_source() got them. @throws Error kUsage unless every source was begun
+  /// and is not published, when one of its identity is, and unless `replaced` is published.
+  void publish(std::span<const SourceRecord> sources,
+               std::optional<std::int64_t> replaced = std::nullopt);
+  void publish(const SourceRecord& source, std::optional<std::int64_t> replaced = std::nullopt) {
+    publish(std::span(&source, 1), replaced);
+  }
   /// Deletes the rows of an unpublished source in bounded transactions and gives their room back to
   /// the file system. A published source stays as it is. Asked to stop, it leaves the rest to the
   /// next writer.
@@ -125,6 +135,10 @@ class PointStore {
   /// Deletes a published source: it vanishes at once, in one transaction with synchronous=FULL,
   /// then its rows go as discard() does it. @throws Error kUsage when there is no such source.
   void remove(std::int64_t source, const RunContext& context = {});
+
+  /// Says where the sensor of a published source stood; nothing else changes. One transaction with
+  /// synchronous=FULL. @throws Error kUsage when there is no such source.
+  void set_sensor_origin(std::int64_t source, const Vector3& p_map);
 
   /// Merges the blocks that a source has in a tile, wherever that makes fewer or smaller ones, and
   /// gives the room back to the file system. Neither a point set nor a digest changes; what blocks

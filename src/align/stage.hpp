@@ -1,0 +1,25 @@
+#pragma once
+
+#include <gdfmap/align/registration.hpp>
+
+namespace gdfmap {
+
+enum class Residual { kPoint, kPlane, kGicp, kNdt, kField };
+enum class Optimizer { kGaussNewton, kLevenbergMarquardt, kGradLm, kNewton };
+
+/// One minimisation of a method. Lengths are in voxels of RegistrationOptions.
+struct Stage {
+  Residual residual;
+  Optimizer optimizer;
+  double voxel = 1.0;         ///< that both clouds are thinned to
+  double max_distance = 4.0;  ///< of a correspondence; of NDT the edge of a cell
+  KernelSchedule kernel;      ///< scales
+  int max_iterations = 30;
+  NdtNeighborhood neighborhood = NdtNeighborhood::kOwn;
+};
+
+/// Runs a stage from T on, in local frames. @throws Error kUsage for a field that is not there
+[[nodiscard]] Minimum run_stage(const Stage& stage, const MapWindow& target, const Scan& source,
+                                const Eigen::Isometry3d& T, const RegistrationOptions& options);
+
+}  // namespace gdfmap
