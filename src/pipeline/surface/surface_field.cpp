@@ -1,6 +1,7 @@
 #include "surface_field.hpp"
 
 #include <algorithm>
+#include <cmath>
 #include <string>
 
 #include <gdfmap/core/error.hpp>
@@ -55,6 +56,13 @@ SurfaceField::SurfaceField(const std::shared_ptr<TileSource>& source, const Surf
     throw Error(ErrorCode::kUsage, range.region ? "the region holds nothing of the map"
                                                 : "the map holds no occupied cube");
   }
+}
+
+std::size_t SurfaceField::block_side() const {
+  // One more than the quotient, since it may be rounded.
+  const double samples = domain_.lattice().cube_size() / domain_.grid().resolution() + 1.0;
+  return static_cast<std::size_t>(
+      std::min(std::ceil(samples), static_cast<double>(BlockSampler::kMaxSide)));
 }
 
 void SurfaceField::report_tiles(SurfaceReport& report) const {

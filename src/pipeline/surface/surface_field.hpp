@@ -23,6 +23,8 @@ class SurfaceField {
 
   [[nodiscard]] const FieldOnGrid& field() const { return field_; }
   [[nodiscard]] const SurfaceDomain& domain() const { return domain_; }
+  /// Samples of the largest block along an axis.
+  [[nodiscard]] std::size_t block_side() const;
   /// Puts what became of the tiles into a report.
   void report_tiles(SurfaceReport& report) const;
 

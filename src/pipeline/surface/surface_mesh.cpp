@@ -129,10 +129,9 @@ SurfaceReport write_surface_mesh(const std::shared_ptr<TileSource>& source,
   surface::BlockQueue queue(tiles,
                             [&](const CubeKey& cube) { return lower_corners_in(cube, domain); });
   // A mesh has some two vertices for each cell that it passes, and passes the fewest of them.
-  constexpr auto kSide = static_cast<std::size_t>(surface::BlockSampler::kMaxSide);
-  constexpr std::size_t kManyVertices = 8 * kSide * kSide;
+  const std::size_t many_vertices = 8 * field.block_side() * field.block_side();
   surface::for_each_block(
-      queue, tiles.size(), surface::blocks_at_a_time(kManyVertices * sizeof(MeshVertex), context),
+      queue, tiles.size(), surface::blocks_at_a_time(many_vertices * sizeof(MeshVertex), context),
       [&](const Block& block) {
         const auto mesher = meshers.borrow([&] {
           return std::make_unique<BlockMesher>(field.field(), options.threshold, options.shell);

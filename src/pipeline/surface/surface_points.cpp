@@ -123,10 +123,10 @@ SurfaceReport write_surface_points(const std::shared_ptr<TileSource>& source,
   Pool<PointFinder> finders;
   surface::BlockQueue queue(domain.tiles(),
                             [&](const CubeKey& cube) { return domain.samples_in(cube); });
-  constexpr auto kSide = static_cast<std::size_t>(BlockSampler::kMaxSide);
+  const std::size_t side = field.block_side();
   surface::for_each_block(
       queue, domain.tiles().size(),
-      surface::blocks_at_a_time(kSide * kSide * kSide * kMaxBytesOfPoint, context),
+      surface::blocks_at_a_time(side * side * side * kMaxBytesOfPoint, context),
       [&](const Block& block) {
         const auto finder =
             finders.borrow([&] { return std::make_unique<PointFinder>(field.field(), options); });
