@@ -29,7 +29,7 @@ const std::vector<NamedStages>& named_stages() {
       {"gicp", {{kGicp, kGaussNewton, 1.0, 4.0, kCauchy, 30}}},
       {"gradicp", {gradicp_stage()}},
       {"ndt",
-       {{kNdt, kNewton, 2.0, 8.0, {}, 30, NdtNeighborhood::kFaces},
+       {{kNdt, kNewton, 2.0, 8.0, {}, 30, NdtNeighborhood::kFaces, 20.0},
         {kNdt, kNewton, 1.0, 3.0, {}, 30, NdtNeighborhood::kFaces}}},
       {"field",
        {{kField,
@@ -39,10 +39,11 @@ const std::vector<NamedStages>& named_stages() {
          {KernelKind::kCauchy, 0.5, 0.05, 0.8},
          60,
          NdtNeighborhood::kOwn,
+         1.0,
          0.3}}},
       {"auto",
-       {{kNdt, kNewton, 2.0, 8.0, {}, 30, NdtNeighborhood::kFaces},
-        {kNdt, kNewton, 1.0, 4.0, {}, 30},
+       {{kNdt, kNewton, 2.0, 8.0, {}, 30, NdtNeighborhood::kFaces, 20.0},
+        {kNdt, kNewton, 1.0, 4.0, {}, 30, NdtNeighborhood::kOwn, 20.0},
         {kGicp, kGaussNewton, 1.0, 4.0, kCauchy, 30}}},
   };
   return methods;

@@ -83,6 +83,8 @@ StageResult run_stage(const Stage& stage, const MapWindow& target, const Scan& s
   const std::unique_ptr<Factor> factor = make_factor(stage, target, scan, options);
   MinimizeOptions how;
   how.max_iterations = options.max_iterations > 0 ? options.max_iterations : stage.max_iterations;
+  how.translation_tolerance *= stage.tolerance;
+  how.rotation_tolerance *= stage.tolerance;
   how.kernel = stage.kernel;
   how.kernel.first *= unit_of(stage, target, options);
   how.kernel.last *= unit_of(stage, target, options);

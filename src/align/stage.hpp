@@ -17,6 +17,8 @@ struct Stage {
   KernelSchedule kernel;      ///< scales
   int max_iterations = 30;
   NdtNeighborhood neighborhood = NdtNeighborhood::kOwn;
+  /// How much longer steps may be where this one ends: a coarse one only leads to the next.
+  double tolerance = 1.0;
   double min_matched = 0.0;  ///< least share of the scan with a match at the end, in [0, 1]
 };
 
