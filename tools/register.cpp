@@ -32,7 +32,8 @@ constexpr Help kHelp = {
     "memory: only tiles around the scan, laid on it by --init, are read. Where the pose cannot be "
     "trusted (too_few points, a degenerate scene such as a bare plane or a corridor, rejected for "
     "too few inliers) the report is printed, nothing is written, and the exit code is 6.\n"
-    "Methods: auto (from coarse to fine), icp-point, icp-plane, gicp, gradicp, ndt.",
+    "Methods: auto (from coarse to fine), icp-point, icp-plane, gicp, gradicp, ndt, field (of a "
+    "trained map).",
     "  gdfmap register city.gdfmap scan.pcd --init 120,40,1.5,0,0,90 --out T.txt\n"
     "  gdfmap register first.ply second.ply --method gicp --ply aligned.ply --json"};
 
@@ -82,12 +83,20 @@ bool is_map(const std::string& path) {
          std::filesystem::path(path).extension() == ".gdfmap";
 }
 
+std::shared_ptr<const DistanceField> field_of(const Map& map, const RunContext& context) {
+  DistanceFieldOptions options;
+  options.cache_bytes = context.memory() / 4;
+  options.num_threads = context.num_threads;
+  return std::make_shared<const DistanceField>(map, options);
+}
+
 MapWindow window_of_map(Map& map, std::span<const Vector3> scan, const Eigen::Isometry3d& T_init,
-                        const RunContext& context) {
+                        bool with_field, const RunContext& context) {
   std::vector<Vector3> scan_world(scan.begin(), scan.end());
   for (Vector3& p : scan_world) p = T_init * p;
   MapWindow::MapOptions options;
   options.max_bytes = context.memory() / 2;
+  if (with_field) options.field = field_of(map, context);
   MapWindow window(map, scan_world, options);
   if (window.num_tiles_left_out() > 0) {
     context.warn("the memory budget leaves out " +
@@ -98,14 +107,15 @@ MapWindow window_of_map(Map& map, std::span<const Vector3> scan, const Eigen::Is
   return window;
 }
 
-Target open_target(const std::string& path, std::span<const Vector3> scan,
+Target open_target(const Options& options, std::span<const Vector3> scan,
                    const Eigen::Isometry3d& T_init, const RunContext& context) {
   Target target;
-  if (is_map(path)) {
-    target.map = Map::open(path, Access::kRead, context);
-    target.window.emplace(window_of_map(*target.map, scan, T_init, context));
+  if (is_map(options.target)) {
+    target.map = Map::open(options.target, Access::kRead, context);
+    target.window.emplace(
+        window_of_map(*target.map, scan, T_init, options.method == "field", context));
   } else {
-    target.window.emplace(read_points(path, 1, context));
+    target.window.emplace(read_points(options.target, 1, context));
   }
   return target;
 }
@@ -134,7 +144,7 @@ void run(const Options& options) {
   const Eigen::Isometry3d T_init = first_guess(options.init);
   std::vector<Vector3> points =
       read_points(options.scan, static_cast<std::size_t>(options.stride), session.context());
-  const Target target = open_target(options.target, points, T_init, session.context());
+  const Target target = open_target(options, points, T_init, session.context());
   RegistrationOptions how = options.registration;
   how.num_threads = session.context().num_threads;
   const RegistrationResult result = method->provide(*target.window, Scan(points), T_init, how);

@@ -27,10 +27,19 @@ const std::vector<NamedStages>& named_stages() {
       {"icp-point", {{kPoint, kGaussNewton, 1.0, 4.0, {KernelKind::kCauchy, 2.0, 0.5, 0.8}, 60}}},
       {"icp-plane", {{kPlane, kGaussNewton, 1.0, 4.0, kCauchy, 30}}},
       {"gicp", {{kGicp, kGaussNewton, 1.0, 4.0, kCauchy, 30}}},
-      {"gradicp", {{kPlane, kGradLm, 1.0, 4.0, kCauchy, 30}}},
+      {"gradicp", {gradicp_stage()}},
       {"ndt",
        {{kNdt, kNewton, 2.0, 8.0, {}, 30, NdtNeighborhood::kFaces},
         {kNdt, kNewton, 1.0, 3.0, {}, 30, NdtNeighborhood::kFaces}}},
+      {"field",
+       {{kField,
+         kLevenbergMarquardt,
+         1.0,
+         1.0,
+         {KernelKind::kCauchy, 0.5, 0.05, 0.8},
+         60,
+         NdtNeighborhood::kOwn,
+         0.3}}},
       {"auto",
        {{kNdt, kNewton, 2.0, 8.0, {}, 30, NdtNeighborhood::kFaces},
         {kNdt, kNewton, 1.0, 4.0, {}, 30},
@@ -78,12 +87,20 @@ class StagedMethod final : public RegistrationMethod {
     result.T_target_source = T_init;
     if (is_too_small(target, source, options, result)) return result;
     Minimum minimum{between_origins(T_init, target.origin_world(), source.origin())};
+    const Stage* unmatched = nullptr;
     for (const Stage& stage : stages_) {
-      minimum = run_stage(stage, target, source, minimum.T, options);
+      const StageResult stage_result = run_stage(stage, target, source, minimum.T, options);
+      minimum = stage_result.minimum;
       result.iterations += minimum.iterations;
+      if (stage_result.matched < stage.min_matched) unmatched = &stage;
     }
     result.T_target_source = between_origins(minimum.T, -target.origin_world(), -source.origin());
     assess(target, source, options, minimum.converged, result);
+    if (unmatched != nullptr) {
+      result.status = RegistrationStatus::kRejected;
+      result.reason = "less than " + std::to_string(std::lround(100.0 * unmatched->min_matched)) +
+                      " % of the scan lies in the trained field";
+    }
     return result;
   }
 

@@ -1,5 +1,6 @@
 #include "stage.hpp"
 
+#include <gdfmap/align/field_factor.hpp>
 #include <gdfmap/align/ndt_factor.hpp>
 #include <gdfmap/align/surface_factor.hpp>
 #include <gdfmap/core/error.hpp>
@@ -33,14 +34,30 @@ SurfaceResidual surface_residual(Residual residual) {
   }
 }
 
-std::unique_ptr<Factor> make_factor(const Stage& stage, const MapWindow& target, const Scan& source,
-                                    const RegistrationOptions& options) {
+/// What a stage's lengths are in, metres: voxels, or cubes of a field, whose errors grow with them.
+double unit_of(const Stage& stage, const MapWindow& target, const RegistrationOptions& options) {
+  return stage.residual == Residual::kField ? target.field()->geometry().cube_size : options.voxel;
+}
+
+std::unique_ptr<Factor> make_field_factor(const Stage& stage, const MapWindow& target,
+                                          const std::vector<Vector3>& source,
+                                          const RegistrationOptions& options) {
+  return std::make_unique<FieldFactor>(
+      *target.field(), target.origin_world(), source,
+      FieldFactor::Options{stage.max_distance * unit_of(stage, target, options),
+                           RunContext{options.num_threads}.threads()});
+}
+
+std::unique_ptr<Factor> make_factor(const Stage& stage, const MapWindow& target,
+                                    const SurfaceCloud& scan, const RegistrationOptions& options) {
   const int threads = RunContext{options.num_threads}.threads();
-  const SurfaceCloud& scan = source.surface(stage.voxel * options.voxel, threads);
   if (stage.residual == Residual::kNdt) {
     const NdtCells& cells = target.cells(stage.max_distance * options.voxel);
     return std::make_unique<NdtFactor>(cells, scan.points(),
                                        NdtFactor::Options{stage.neighborhood, threads});
+  }
+  if (stage.residual == Residual::kField) {
+    return make_field_factor(stage, target, scan.points(), options);
   }
   const double max_distance =
       options.max_distance > 0.0 ? options.max_distance : stage.max_distance * options.voxel;
@@ -51,15 +68,27 @@ std::unique_ptr<Factor> make_factor(const Stage& stage, const MapWindow& target,
 
 }  // namespace
 
-Minimum run_stage(const Stage& stage, const MapWindow& target, const Scan& source,
-                  const Eigen::Isometry3d& T, const RegistrationOptions& options) {
-  const std::unique_ptr<Factor> factor = make_factor(stage, target, source, options);
+Stage gradicp_stage() {
+  return {Residual::kPlane, Optimizer::kGradLm, 1.0, 4.0, {KernelKind::kCauchy, 1.0, 0.4, 0.6}, 30};
+}
+
+StageResult run_stage(const Stage& stage, const MapWindow& target, const Scan& source,
+                      const Eigen::Isometry3d& T, const RegistrationOptions& options) {
+  if (stage.residual == Residual::kField && target.field() == nullptr) {
+    throw Error(ErrorCode::kUsage,
+                "the target has no distance field; `field` wants a map that is trained");
+  }
+  const SurfaceCloud& scan =
+      source.surface(stage.voxel * options.voxel, RunContext{options.num_threads}.threads());
+  const std::unique_ptr<Factor> factor = make_factor(stage, target, scan, options);
   MinimizeOptions how;
   how.max_iterations = options.max_iterations > 0 ? options.max_iterations : stage.max_iterations;
   how.kernel = stage.kernel;
-  how.kernel.first *= options.voxel;
-  how.kernel.last *= options.voxel;
-  return minimize(*factor, *make_rule(stage.optimizer), T, how);
+  how.kernel.first *= unit_of(stage, target, options);
+  how.kernel.last *= unit_of(stage, target, options);
+  StageResult result{minimize(*factor, *make_rule(stage.optimizer), T, how)};
+  result.matched = static_cast<double>(factor->num_matched()) / static_cast<double>(scan.size());
+  return result;
 }
 
 }  // namespace gdfmap

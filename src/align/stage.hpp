@@ -7,7 +7,8 @@ namespace gdfmap {
 enum class Residual { kPoint, kPlane, kGicp, kNdt, kField };
 enum class Optimizer { kGaussNewton, kLevenbergMarquardt, kGradLm, kNewton };
 
-/// One minimisation of a method. Lengths are in voxels of RegistrationOptions.
+/// One minimisation of a method. Lengths are in voxels of RegistrationOptions; those of kField but
+/// for `voxel` in cubes of the map.
 struct Stage {
   Residual residual;
   Optimizer optimizer;
@@ -16,10 +17,19 @@ struct Stage {
   KernelSchedule kernel;      ///< scales
   int max_iterations = 30;
   NdtNeighborhood neighborhood = NdtNeighborhood::kOwn;
+  double min_matched = 0.0;  ///< least share of the scan with a match at the end, in [0, 1]
 };
 
+struct StageResult {
+  Minimum minimum;
+  double matched = 0.0;  ///< share of the scan's thinned points with a match
+};
+
+/// The stage of `gradicp`.
+[[nodiscard]] Stage gradicp_stage();
+
 /// Runs a stage from T on, in local frames. @throws Error kUsage for a field that is not there
-[[nodiscard]] Minimum run_stage(const Stage& stage, const MapWindow& target, const Scan& source,
-                                const Eigen::Isometry3d& T, const RegistrationOptions& options);
+[[nodiscard]] StageResult run_stage(const Stage& stage, const MapWindow& target, const Scan& source,
+                                    const Eigen::Isometry3d& T, const RegistrationOptions& options);
 
 }  // namespace gdfmap

@@ -18,7 +18,7 @@ class GaussNewton final : public StepRule {
 
 class LevenbergMarquardt final : public StepRule {
  public:
-  explicit LevenbergMarquardt(double damping) : damping_(damping) {}
+  explicit LevenbergMarquardt(double damping) : initial_damping_(damping), damping_(damping) {}
 
   Twist step(const Linearization& model, const Trial& trial) override {
     constexpr double kFactor = 10.0, kLeast = 1e-9, kMost = 1e6;
@@ -29,11 +29,14 @@ class LevenbergMarquardt final : public StepRule {
         return candidate;
       }
     }
-    damping_ = kMost / kFactor;  // nothing falls: this is the minimum, as far as can be told
+    // Nothing falls: this is the minimum, as far as can be told. Another kernel or other matches
+    // may open a way again.
+    damping_ = initial_damping_;
     return Twist::Zero();
   }
 
  private:
+  double initial_damping_;
   double damping_;
 };
 

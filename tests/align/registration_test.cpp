@@ -228,6 +228,7 @@ TEST(Registration, WrongByFiftyMetresIsNeverConfident) {
   const MapWindow target(pair.target);
   const Scan source(pair.source);
   for (const char* const name : registration_method_names()) {
+    if (std::string_view(name) == "field") continue;  // a cloud has none
     for (int direction = 0; direction < 4; ++direction) {
       const double angle = 90.0 * kDegree * direction;
       const Eigen::Isometry3d wrong(

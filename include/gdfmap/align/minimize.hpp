@@ -72,7 +72,7 @@ struct Minimum {
 };
 
 /// Alternates matching and one step of the rule, from T on, until steps are small and the kernel
-/// has its last scale. Ends early, not converged, when no point has a match or a step is not
+/// has its last scale. Ends early, not converged, when too few points have a match or a step is not
 /// finite.
 [[nodiscard]] Minimum minimize(Factor& factor, StepRule& rule, const Eigen::Isometry3d& T,
                                const MinimizeOptions& options);

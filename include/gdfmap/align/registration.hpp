@@ -90,7 +90,7 @@ class RegistrationMethod {
 [[nodiscard]] std::span<const char* const> registration_method_names();
 
 /// icp-point, icp-plane, gicp, gradicp (point-to-plane with the gates of gradLM), ndt, field, or
-/// auto: from coarse to fine, several first guesses where one does not pass the gates.
+/// auto: ndt in cells of eight and of four voxels, then gicp.
 /// @throws Error kUsage for another name
 [[nodiscard]] std::unique_ptr<RegistrationMethod> make_registration_method(std::string_view name);
 

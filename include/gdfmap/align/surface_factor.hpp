@@ -37,6 +37,9 @@ class SurfaceFactor final : public Factor {
   [[nodiscard]] Linearization linearize(const Eigen::Isometry3d& T,
                                         const RobustKernel& kernel) const override;
 
+  [[nodiscard]] const SurfaceCloud& target() const { return target_; }
+  [[nodiscard]] const SurfaceCloud& source() const { return source_; }
+  [[nodiscard]] SurfaceResidual residual() const { return options_.residual; }
   /// Of every point of the source, its match in the target.
   [[nodiscard]] const std::vector<std::optional<std::uint32_t>>& matches() const {
     return matches_;
