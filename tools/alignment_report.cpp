@@ -39,9 +39,10 @@ std::string alignment_text(const AlignmentReport& report) {
                                " tiles of the map: the cloud is too large to be seen at once, "
                                "cut it with --region"});
   }
-  if (report.num_patches > 0) {
-    table.add({"patches", std::to_string(report.num_patches_agreeing) + " of " +
-                              std::to_string(report.num_patches) + " agree"});
+  if (const auto& shifts = report.patch_shifts; !shifts.empty()) {
+    table.add({"patches",
+               std::to_string(shifts.size()) + ", " + fixed(100.0 * shifts[shifts.size() / 2], 2) +
+                   " cm off in the middle, " + fixed(100.0 * shifts.back(), 2) + " cm at most"});
   }
   return table.text();
 }
@@ -55,8 +56,7 @@ nlohmann::ordered_json alignment_json(const AlignmentReport& report) {
           {"backward_translation", report.backward_translation},
           {"backward_rotation_deg", report.backward_rotation_deg},
           {"num_tiles_left_out", report.num_tiles_left_out},
-          {"num_patches", report.num_patches},
-          {"num_patches_agreeing", report.num_patches_agreeing}};
+          {"patch_shifts", report.patch_shifts}};
 }
 
 void throw_if_not_aligned(std::span<const AlignmentReport> reports) {

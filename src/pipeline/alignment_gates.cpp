@@ -61,6 +61,16 @@ Vector3 mean_of(std::span<const Vector3> points) {
   return sum / static_cast<double>(points.size());
 }
 
+/// How far a motion of a registered scan shifts its surfaces, as the root mean square along their
+/// normals: what the scan does not determine does not count.
+double surface_shift(const RegistrationResult& scan, const Eigen::Isometry3d& motion) {
+  const Eigen::AngleAxisd rotation(motion.linear());
+  Twist twist;
+  twist << motion * scan.center - scan.center, rotation.angle() * rotation.axis();
+  const double squares = twist.dot(scan.information * twist) * scan.rmse * scan.rmse;
+  return std::sqrt(squares / static_cast<double>(scan.num_inliers));
+}
+
 /// The alignment as one gate after the other sees it.
 class Judge {
  public:
@@ -162,18 +172,17 @@ class Judge {
           case_.method.provide(case_.map, Scan(patch), T_, case_.registration);
       // A patch that lies beside the map, or on a plane, says nothing of the others.
       if (own.status != RegistrationStatus::kConverged) continue;
-      const Vector3 center = mean_of(patch);
-      const double sigma = std::sqrt(own.covariance.topLeftCorner<3, 3>().trace());
-      const double moved = (own.T_target_source * center - T_ * center).norm();
-      ++report_.num_patches;
-      report_.num_patches_agreeing += moved <= options_.max_patch_disagreement + 3.0 * sigma;
+      report_.patch_shifts.push_back(surface_shift(own, T_ * own.T_target_source.inverse()));
     }
-    if (static_cast<double>(report_.num_patches_agreeing) >=
-        options_.min_patch_agreement * static_cast<double>(report_.num_patches)) {
+    std::vector<double>& shifts = report_.patch_shifts;
+    std::ranges::sort(shifts);
+    const double limit = options_.max_patch_shift_over_noise * report_.noise;
+    const auto num_agreeing = std::ranges::upper_bound(shifts, limit) - shifts.begin();
+    if (static_cast<double>(num_agreeing) >=
+        options_.min_patch_agreement * static_cast<double>(shifts.size())) {
       return {};
     }
-    return "of " + std::to_string(report_.num_patches) + " patches only " +
-           std::to_string(report_.num_patches_agreeing) +
+    return "of " + std::to_string(shifts.size()) + " patches only " + std::to_string(num_agreeing) +
            " agree with the pose of the whole: the cloud is bent, or the pose is wrong";
   }
 

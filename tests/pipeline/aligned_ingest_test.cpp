@@ -166,6 +166,9 @@ TEST_F(AlignedIngest, ABentScanIsFoundByItsPatches) {
   for (Vector3& p : bent) p.y() += 0.25 * std::clamp((p.x() - kRoom.x()) / 10.0, 0.0, 1.0);
   const AlignedIngestReport report = ingest_one(write("bent.ply", bent));
   EXPECT_FALSE(report.accepted());
+  const AlignmentReport& a = report.alignments[0];
+  ASSERT_FALSE(a.patch_shifts.empty()) << a.reason;
+  EXPECT_NE(a.reason.find("patches"), std::string::npos) << a.reason;
   EXPECT_EQ(digests(), digests_);
 }
 
@@ -230,6 +233,25 @@ TEST(AlignedIngestOfRealScans, BringsAScanBackToItsPose) {
       report.alignments[0].registration.T_target_source * options.back().transform.T_map_source;
   EXPECT_LT((given.translation() - found.translation()).norm(), 0.02);
   EXPECT_LT(angle_deg(given.inverse() * found), 0.2);
+}
+
+/// Sparse scans of a car, whose neighbouring voxels lie centimetres off one another's surface.
+TEST(AlignedIngestOfRealScans, AcceptsASparseScanThatIsAsNoisyAsTheMap) {
+  const fs::path data = fs::path(GDFMAP_SHARED_DATA) / "small_gicp_pair";
+  if (!fs::exists(data)) GTEST_SKIP() << data << " is not there";
+  const test::TemporaryDirectory directory;
+  Map map = open_or_create_map(directory / "m.gdfmap", {});
+  IngestOptions options;
+  options.drop_zero = true;
+  static_cast<void>(ingest(data / "target.ply", map, options));
+  const fs::path source = data / "source.ply";
+  const AlignedIngestReport report =
+      ingest_aligned(std::span(&source, 1), std::span(&options, 1), map, {}, kContext);
+  ASSERT_TRUE(report.accepted()) << report.alignments[0].reason;
+  const Eigen::Isometry3d given = read_transform(data / "T_target_source.txt");
+  const Eigen::Isometry3d& found = report.alignments[0].registration.T_target_source;
+  EXPECT_LT((given.translation() - found.translation()).norm(), 0.02);
+  EXPECT_LT(angle_deg(given.inverse() * found), 0.4);
 }
 
 }  // namespace

@@ -102,7 +102,8 @@ TEST_F(SurveyTest, AnAlignmentMovesThePointsAfterTheTransformAndIsKept) {
 
 TEST_F(SurveyTest, CloudsAreVisibleTogether) {
   PointStore store = create();
-  SurveyIngest survey(kLattice, store, {});
+  const RunContext context;
+  SurveyIngest survey(kLattice, store, context);
   for (const std::uint32_t seed : {1u, 2u, 2u}) {
     MemoryReader reader(wavy_surface(3000, seed));
     survey.stage(reader, "scan" + std::to_string(seed), {});
@@ -125,7 +126,8 @@ TEST_F(SurveyTest, ASurveyThatIsGivenUpLeavesNothing) {
   ingest(wavy_surface(3000, 7), store);
   const Content before = content_of(store);
   {
-    SurveyIngest survey(kLattice, store, {});
+    const RunContext context;
+    SurveyIngest survey(kLattice, store, context);
     MemoryReader reader(wavy_surface(3000, 1));
     survey.stage(reader, "scan", {});
   }

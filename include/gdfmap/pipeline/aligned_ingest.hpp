@@ -22,9 +22,10 @@ struct AlignmentOptions {
   double max_rmse_over_noise = 2.0;
   /// Between the pose and the one that registering the map onto the scan gives.
   double max_backward_translation = 0.02, max_backward_rotation_deg = 0.1;
-  /// Clouds of several patches with this edge are checked patch by patch: a patch disagrees that,
-  /// registered by itself, moves its centre by more than this and three standard deviations.
-  double patch_size = 10.0, max_patch_disagreement = 0.05;
+  /// Clouds of several patches with this edge are checked patch by patch: a patch disagrees if the
+  /// pose of the whole puts its surfaces off from where its own pose has them, as the root mean
+  /// square along their normals, by more than this many times the noise.
+  double patch_size = 10.0, max_patch_shift_over_noise = 1.5;
   double min_patch_agreement = 0.8;  ///< share of the patches that have a pose of their own
 };
 
@@ -39,8 +40,9 @@ struct AlignmentReport {
   double noise =
       0.0;  ///< of the map's surface or the scan's, whichever is more, as rmse measures it
   double backward_translation = 0.0, backward_rotation_deg = 0.0;
-  std::size_t num_patches = 0;  ///< that have a pose of their own; 0 for a cloud of one patch
-  std::size_t num_patches_agreeing = 0;
+  /// How far the pose of the whole puts the surfaces of a patch off, for every patch with a pose of
+  /// its own, ascending, metres; empty for a cloud of one patch.
+  std::vector<double> patch_shifts;
   std::size_t num_tiles_left_out = 0;  ///< of the map around a cloud too large to be seen at once
 };
 
