@@ -47,6 +47,21 @@ TEST_P(Methods, FindTheExactPosesOfASyntheticLidar) {
   }
 }
 
+TEST_P(Methods, SoakMeanErrorsOfTwentyLidarPairsMeetTheirBounds) {
+  constexpr std::uint32_t kPairs = 20;
+  double metres = 0.0, degrees = 0.0;
+  for (std::uint32_t i = 0; i < kPairs; ++i) {
+    const test::LidarPair pair = test::lidar_pair(i);
+    const RegistrationResult result = register_clouds(GetParam(), pair.target, pair.source);
+    EXPECT_EQ(result.status, RegistrationStatus::kConverged) << i << ": " << result.reason;
+    metres += metres_off(result, pair.T_target_source) / kPairs;
+    degrees += degrees_off(result, pair.T_target_source) / kPairs;
+  }
+  const bool is_point = std::string_view(GetParam()) == "icp-point";
+  EXPECT_LT(metres, is_point ? 0.02 : 0.002);
+  EXPECT_LT(degrees, is_point ? 0.2 : 0.02);
+}
+
 TEST_P(Methods, AreTheSameForAnyNumberOfThreadsAndOrderOfTheTarget) {
   test::LidarOptions small;
   small.num_columns = 256;
