@@ -21,7 +21,9 @@ void add_slab_building(SceneBuilder& builder, const Pose& pose, HashStream& rand
   const double half_x = random.uniform(5.0, 7.5), half_y = random.uniform(4.5, 6.5);
   const double height = kStorey * std::floor(random.uniform(2.0, 9.0));
   builder.box(pose, half_x, half_y, height);
-  const Pose roof = pose.at(random.uniform(-2.0, 2.0), random.uniform(-1.5, 1.5), height);
+  // Drawn one by one: compilers order the arguments of a call differently.
+  const double roof_y = random.uniform(-1.5, 1.5);
+  const Pose roof = pose.at(random.uniform(-2.0, 2.0), roof_y, height);
   builder.box(roof, 1.5, 1.2, random.uniform(1.5, 2.8));
   if (random.chance(0.35)) add_balconies(builder, pose, half_y, height);
 }

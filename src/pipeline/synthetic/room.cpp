@@ -29,12 +29,15 @@ void add_table(SceneBuilder& builder, const Pose& pose, HashStream& random) {
       builder.box(pose.at(x, y, 0), kLeg, kLeg, kTop - kThickness);
     }
   }
-  const Pose thing = pose.at(random.uniform(-0.4, 0.4), random.uniform(-0.15, 0.15), kTop);
+  // Drawn one by one: compilers order the arguments of a call differently.
+  const double thing_y = random.uniform(-0.15, 0.15);
+  const Pose thing = pose.at(random.uniform(-0.4, 0.4), thing_y, kTop);
   if (random.chance(0.5)) {
     const double radius = random.uniform(0.08, 0.15);
     builder.sphere(thing.at(0, 0, radius).position, radius);
   } else {
-    builder.box(thing.turned(random.uniform(-1, 1)), 0.2, 0.12, random.uniform(0.1, 0.35));
+    const double height = random.uniform(0.1, 0.35);
+    builder.box(thing.turned(random.uniform(-1, 1)), 0.2, 0.12, height);
   }
 }
 
@@ -75,8 +78,8 @@ void add_pendant(SceneBuilder& builder, const Vector3& centre) {
 }
 
 void furnish(SceneBuilder& builder, const Vector3& centre, HashStream& random) {
-  Pose pose{centre +
-            Vector3(random.uniform(-kJitter, kJitter), random.uniform(-kJitter, kJitter), 0.0)};
+  const double y = random.uniform(-kJitter, kJitter);
+  Pose pose{centre + Vector3(random.uniform(-kJitter, kJitter), y, 0.0)};
   if (random.chance(0.5)) pose = pose.quarter_turned();
   pose = pose.turned(random.chance(0.4) ? random.uniform(-0.4, 0.4) : 0.0);
   const double choice = random.uniform();
