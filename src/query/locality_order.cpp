@@ -17,6 +17,18 @@ constexpr int kCodeBits = 64 - kIndexBits;
 static_assert(kMaxOrdered == std::size_t{1} << kIndexBits);
 constexpr int kDigitBits = 8;
 
+/// Where codes count from: a corner of a tile, at or before the first zone along every axis, so
+/// that points of a small region have small codes wherever it is.
+std::array<std::int64_t, 3> origin_of(std::span<const Vector3> points_world,
+                                      const BlendZones& zones) {
+  Vector3 low = points_world[0];
+  for (const Vector3& p : points_world) low = low.cwiseMin(p);
+  auto origin = zones.zone_of(low).value_or(BlendZone()).half_cubes;
+  constexpr std::int64_t kHalfCubesPerTileAxis = 2 * kCubesPerTileAxis;
+  for (std::int64_t& along : origin) along &= -kHalfCubesPerTileAxis;
+  return origin;
+}
+
 /// Fills in the Morton codes of the points' zones, from the low 21 bits of their coordinates: what
 /// lies 2²⁰ cubes apart then mixes, which only costs time. False when equal codes may be different
 /// zones.
@@ -24,18 +36,21 @@ bool code_zones(std::span<const Vector3> points_world, const BlendZones& zones,
                 std::span<std::uint64_t> codes) {
   constexpr int kCodedBits = 21;
   constexpr BlendZone kNowhere;
-  const auto bits = [](std::int64_t v) { return static_cast<std::uint64_t>(v); };
+  const auto origin = origin_of(points_world, zones);
   bool all_are_somewhere = true;
-  std::uint64_t differing = 0;
-  const auto [x0, y0, z0] = zones.zone_of(points_world[0]).value_or(kNowhere).half_cubes;
+  std::uint64_t used = 0;
   for (std::size_t i = 0; i < codes.size(); ++i) {
     const std::optional<BlendZone> zone = zones.zone_of(points_world[i]);
     all_are_somewhere &= zone.has_value();
-    const auto [x, y, z] = zone.value_or(kNowhere).half_cubes;
-    differing |= bits((x ^ x0) | (y ^ y0) | (z ^ z0));
-    codes[i] = morton_code(bits(x), bits(y), bits(z));
+    const auto& half_cubes = zone ? zone->half_cubes : kNowhere.half_cubes;
+    const auto from_origin = [&](std::size_t axis) {
+      return static_cast<std::uint64_t>(half_cubes[axis] - origin[axis]);
+    };
+    const std::uint64_t x = from_origin(0), y = from_origin(1), z = from_origin(2);
+    used |= x | y | z;
+    codes[i] = morton_code(x, y, z);
   }
-  return all_are_somewhere && differing >> kCodedBits == 0;
+  return all_are_somewhere && used >> kCodedBits == 0;
 }
 
 /// One pass of a radix sort, stable, by the digit at `shift`.
