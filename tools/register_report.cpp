@@ -67,8 +67,10 @@ std::string registration_text(const std::string& method, const RegistrationResul
                             grouped(std::uint64_t{result.num_points}) +
                             " thinned points, in the worst direction " +
                             rounded(100.0 * result.direction_ratio, 3) + " %"});
-  table.add({"rmse", rounded(result.rmse, 3) + " m"});
-  table.add({"deviation", deviation_text(result) + ", at most, if errors are independent"});
+  if (!result.information.isZero()) {  // else too little lies on the target for figures
+    table.add({"rmse", rounded(result.rmse, 3) + " m"});
+    table.add({"deviation", deviation_text(result) + ", at most, if errors are independent"});
+  }
   for (const Twist& motion : result.unobservable) {
     table.add({"unobserved", motion_text(motion)});
   }
