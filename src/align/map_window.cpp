@@ -45,9 +45,8 @@ std::vector<Vector3> means_of(const VoxelGrid& grid, const LatticePoint& origin)
   std::vector<const std::pair<const VoxelKey, VoxelMoments>*> voxels;
   voxels.reserve(grid.voxels().size());
   for (const auto& voxel : grid.voxels()) voxels.push_back(&voxel);
-  std::sort(voxels.begin(), voxels.end(), [](const auto* a, const auto* b) {
-    return morton_less({a->first.x, a->first.y, a->first.z}, {b->first.x, b->first.y, b->first.z});
-  });
+  std::sort(voxels.begin(), voxels.end(),
+            [](const auto* a, const auto* b) { return in_morton_order(a->first, b->first); });
   const std::int64_t edge = grid.voxel_steps();
   std::vector<Vector3> means;
   means.reserve(voxels.size());

@@ -11,10 +11,6 @@
 namespace gdfmap {
 namespace {
 
-bool key_before(const TileKey& a, const TileKey& b) {
-  return morton_less({a.x, a.y, a.z}, {b.x, b.y, b.z});
-}
-
 /// Level-0 tiles with cubes, in Morton order. A tile is an aligned block of 8³ cubes, so that
 /// Morton order within tiles is Morton order of all cubes.
 std::vector<TileKey> tiles_in_order(Map& map) {
@@ -22,7 +18,7 @@ std::vector<TileKey> tiles_in_order(Map& map) {
   map.cubes().for_each_state([&](const TileState& state) {
     if (state.key.level == 0 && state.num_cubes > 0) keys.push_back(state.key);
   });
-  std::sort(keys.begin(), keys.end(), key_before);
+  std::sort(keys.begin(), keys.end(), in_morton_order<TileKey>);
   return keys;
 }
 

@@ -34,36 +34,25 @@ const Geometry& checked(const Geometry& geometry) {
   return geometry;
 }
 
-/// Keeps the blending band of a model that states no margin from having no width.
-constexpr double kMinMarginRatio = 1e-6;
-
-std::array<double, kMaxLevels> margins_of(const Geometry& geometry, BlendMode blend) {
-  std::array<double, kMaxLevels> margins;
-  for (std::size_t level = 0; level < margins.size(); ++level) {
-    const auto scale = static_cast<double>(level_scale(static_cast<int>(level)));
-    const double edge = scale * geometry.cube_size;
-    margins[level] = std::max(scale * geometry.margin, kMinMarginRatio * edge);
-    if (blend == BlendMode::kPartition) margins[level] = std::min(margins[level], 0.5 * edge);
-  }
-  return margins;
+BlendZones zones_of(const Geometry& geometry, BlendMode blend, int level) {
+  const auto scale = static_cast<double>(level_scale(level));
+  const double edge = scale * geometry.cube_size, margin = scale * geometry.margin;
+  return {level, edge,
+          blend == BlendMode::kPartition ? partition_margin(margin, edge)
+                                         : std::max(margin, kMinMarginRatio * edge)};
 }
 
 FieldModel make_model(TileSource& source, const DistanceFieldOptions& options) {
   const Geometry& geometry = checked(source.geometry());
-  const Lattice lattice(geometry.cube_size);
-  const std::array<double, kMaxLevels> margins = margins_of(geometry, options.blend);
-  const auto zones = [&](int level) {
-    return BlendZones(level, lattice.cube_edge(level), margins[static_cast<std::size_t>(level)]);
-  };
+  const auto zones = [&](int level) { return zones_of(geometry, options.blend, level); };
   static_assert(kMaxLevels == 3);
-  return {lattice,
+  return {Lattice(geometry.cube_size),
           geometry,
           options.blend,
           options.precision,
           &field_kernels(options.instruction_set),
           OccupancyIndex(source.occupied(), geometry.cube_size),
           source.has_cubes(),
-          margins,
           {zones(0), zones(1), zones(2)}};
 }
 

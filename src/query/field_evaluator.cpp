@@ -162,7 +162,7 @@ FieldSample FieldEvaluator::gdf1(const Vector3& p_world) {
   const std::optional<CubeKey> own = model_.lattice.cube_containing(p_world, 0);
   const FieldSample unknown = no_answer(FieldStatus::kUnknown);
   if (!own || !model_.has_cubes) return unknown;
-  const double edge = model_.lattice.cube_size(), margin = model_.margins[0];
+  const double edge = model_.lattice.cube_size(), margin = model_.zones[0].margin();
   WeightedMean mean;
   /// False when the cube cannot be read, or not yet. GDF1 holds no poor cubes.
   FieldSample no_mean = unknown;

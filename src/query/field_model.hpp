@@ -20,8 +20,7 @@ struct FieldModel {
   const FieldKernels<float>* kernels;  ///< of this machine
   OccupancyIndex occupancy;
   bool has_cubes;
-  /// Blending margin of each level's cubes, metres.
-  std::array<double, kMaxLevels> margins;
+  /// Of each level; kGdf1 wants their margin alone.
   std::array<BlendZones, kMaxLevels> zones;
 };
 

@@ -52,8 +52,8 @@ void FieldPlanner::make_plan(const Vector3& p_world, FieldPlan& plan) {
 
 void FieldPlanner::add_level(const BlendZone& zone, const Vector3& p_world, FieldPlan& plan) {
   KernelLevel& level = plan.levels[plan.num_levels];
-  level.edge = model_.lattice.cube_edge(zone.level);
-  level.margin = model_.margins[plan.num_levels];
+  level.edge = model_.zones[plan.num_levels].edge();
+  level.margin = model_.zones[plan.num_levels].margin();
   for (std::size_t a = 0; a < 3; ++a) {
     level.counts[a] = static_cast<std::uint8_t>(BlendZone::num_cubes(zone.half_cubes[a]));
   }

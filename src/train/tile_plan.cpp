@@ -69,7 +69,7 @@ TileMasks fine_candidates(std::span<const TilePoints> occupied, double threshold
 }
 
 bool morton_before(const CandidateTile& a, const CandidateTile& b) {
-  return morton_less({a.key.x, a.key.y, a.key.z}, {b.key.x, b.key.y, b.key.z});
+  return in_morton_order(a.key, b.key);
 }
 
 }  // namespace

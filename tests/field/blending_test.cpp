@@ -24,9 +24,8 @@ std::vector<Term> terms_at(const Vector3& p) {
   std::vector<Term> terms;
   visit_cubes(zone, [&](const CubeKey& cube) { terms.push_back({cube}); });
   const auto along = [&](std::size_t axis) {
-    const double corner = static_cast<double>(BlendZone::first_cube(zone.half_cubes[axis])) * kEdge;
-    return axis_blend(BlendZone::num_cubes(zone.half_cubes[axis]),
-                      p[static_cast<Eigen::Index>(axis)] - corner, kEdge, kMargin);
+    return BlendZones(0, kEdge, kMargin)
+        .blend(zone.half_cubes[axis], p[static_cast<Eigen::Index>(axis)]);
   };
   std::size_t i = 0;
   visit_partition_of_unity(along(0), along(1), along(2), [&](const BlendTerm<double>& term) {

@@ -47,4 +47,10 @@ namespace gdfmap {
   return a[axis] < b[axis];
 }
 
+/// The same of keys with coordinates x, y and z.
+template <typename Key>
+[[nodiscard]] constexpr bool in_morton_order(const Key& a, const Key& b) {
+  return morton_less({a.x, a.y, a.z}, {b.x, b.y, b.z});
+}
+
 }  // namespace gdfmap

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <cstddef>
@@ -32,13 +33,29 @@ struct BlendZone {
   }
 };
 
+/// Keeps the band of a model that states no margin from having no width.
+inline constexpr double kMinMarginRatio = 1e-6;
+
+/// The margin that cubes of this edge are blended with where `margin` is asked for: two cubes share
+/// a point along an axis, never three.
+[[nodiscard]] inline double partition_margin(double margin, double edge) {
+  return std::clamp(margin, kMinMarginRatio * edge, 0.5 * edge);
+}
+
 /// The zones of a level.
 class BlendZones {
  public:
   /// @param edge    of a cube, metres
   /// @param margin  half the width of a band, metres, above 0 and at most half of the edge
   BlendZones(int level, double edge, double margin)
-      : level_(level), cubes_per_metre_(1.0 / edge), band_(margin / edge) {}
+      : level_(level),
+        edge_(edge),
+        margin_(margin),
+        cubes_per_metre_(1.0 / edge),
+        band_(margin / edge) {}
+
+  [[nodiscard]] double edge() const { return edge_; }
+  [[nodiscard]] double margin() const { return margin_; }
 
   /// The zone that holds a point; nothing where a coordinate is not finite or beyond the lattice.
   [[nodiscard]] std::optional<BlendZone> zone_of(const Vector3& p_world) const {
@@ -55,6 +72,15 @@ class BlendZones {
   [[nodiscard]] std::int64_t half_cube(double along_axis) const {
     return half_cube_of(along_axis * cubes_per_metre_);
   }
+  /// A coordinate from the lower face of the first of its zone's cubes, metres.
+  [[nodiscard]] double p_local(std::int64_t half_cube, double along_axis) const {
+    return along_axis - static_cast<double>(BlendZone::first_cube(half_cube)) * edge_;
+  }
+  /// The cubes of a coordinate's zone with their weights there.
+  [[nodiscard]] AxisBlend<double> blend(std::int64_t half_cube, double along_axis) const {
+    return axis_blend(BlendZone::num_cubes(half_cube), p_local(half_cube, along_axis), edge_,
+                      margin_);
+  }
 
  private:
   [[nodiscard]] std::int64_t half_cube_of(double cubes) const {
@@ -65,6 +91,7 @@ class BlendZones {
   }
 
   int level_;
+  double edge_, margin_;
   double cubes_per_metre_;
   double band_;
 };

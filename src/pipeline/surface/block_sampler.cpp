@@ -32,7 +32,6 @@ void BlockSampler::prepare(const SampleBox& box) {
   row_stride_ = padded(box.size(0));
   poor_cubes_.clear();
   const SampleGrid& grid = field_.domain.grid();
-  const double edge = field_.domain.lattice().cube_size();
   for (std::size_t a = 0; a < 3; ++a) {
     Axis& axis = axes_[a];
     axis.cubes.clear();
@@ -48,12 +47,10 @@ void BlockSampler::prepare(const SampleBox& box) {
       const double p = grid.position(i);
       const std::int64_t half_cube = field_.zones.half_cube(p);
       const std::int64_t first = BlendZone::first_cube(half_cube);
-      const std::size_t count = BlendZone::num_cubes(half_cube);
       axis.first_cubes.push_back(first);
-      axis.blends.push_back(
-          axis_blend(count, p - static_cast<double>(first) * edge, edge, field_.margin));
+      const AxisBlend<double>& blend = axis.blends.emplace_back(field_.zones.blend(half_cube, p));
       axis.low = std::min(axis.low, first);
-      axis.high = std::max(axis.high, first + static_cast<std::int64_t>(count) - 1);
+      axis.high = std::max(axis.high, first + static_cast<std::int64_t>(blend.count) - 1);
     }
   }
 }

@@ -17,7 +17,6 @@ namespace gdfmap::surface {
 struct FieldOnGrid {
   const SurfaceDomain& domain;
   TileCache& tiles;
-  double margin;  ///< of blending, metres, above 0 and at most half an edge
   BlendZones zones;
   double max_mae;  ///< metres: cubes with a greater error give no samples of their own
   const SurfaceKernels& kernels;

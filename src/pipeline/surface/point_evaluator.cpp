@@ -55,11 +55,8 @@ void PointEvaluator::collect_visits(std::span<const Vector3> points_world) {
 
 void PointEvaluator::collect_visits(std::size_t point, const Vector3& p_world,
                                     const BlendZone& zone) {
-  const double edge = field_.domain.lattice().cube_size();
   const auto along = [&](int a) {
-    const std::int64_t half_cube = zone.half_cubes[static_cast<std::size_t>(a)];
-    const double corner = static_cast<double>(BlendZone::first_cube(half_cube)) * edge;
-    return axis_blend(BlendZone::num_cubes(half_cube), p_world[a] - corner, edge, field_.margin);
+    return field_.zones.blend(zone.half_cubes[static_cast<std::size_t>(a)], p_world[a]);
   };
   std::size_t next = visits_.size();
   visit_cubes(zone, [&](const CubeKey& cube) {

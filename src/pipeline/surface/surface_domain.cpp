@@ -74,7 +74,7 @@ std::vector<TileKey> SurfaceDomain::find_tiles() const {
     }
   }
   std::vector<TileKey> tiles(found.begin(), found.end());
-  std::ranges::sort(tiles, in_morton_order);
+  std::ranges::sort(tiles, in_morton_order<TileKey>);
   return tiles;
 }
 
@@ -107,10 +107,6 @@ SampleBox SurfaceDomain::samples_in(const CubeKey& cube) const {
     }
   });
   return box.intersection(region_);
-}
-
-bool in_morton_order(const TileKey& a, const TileKey& b) {
-  return morton_less({a.x, a.y, a.z}, {b.x, b.y, b.z});
 }
 
 const std::array<int, kCubesPerTile>& morton_order_of_cubes() {

@@ -48,8 +48,6 @@ class SurfaceDomain {
   std::vector<TileKey> tiles_;
 };
 
-[[nodiscard]] bool in_morton_order(const TileKey& a, const TileKey& b);
-
 /// The 512 cubes of a tile in Morton order.
 [[nodiscard]] const std::array<int, kCubesPerTile>& morton_order_of_cubes();
 

@@ -9,13 +9,10 @@
 namespace gdfmap::surface {
 namespace {
 
-/// Keeps the blending band of a model that states no margin from having no width.
-constexpr double kMinMarginRatio = 1e-6;
 constexpr double kMinResolution = 1e-4;
 
-double margin_of(const Geometry& geometry) {
-  return std::clamp(geometry.margin, kMinMarginRatio * geometry.cube_size,
-                    0.5 * geometry.cube_size);
+BlendZones zones_of(const Geometry& geometry) {
+  return {0, geometry.cube_size, partition_margin(geometry.margin, geometry.cube_size)};
 }
 
 const SurfaceRange& checked(const SurfaceRange& range, const Geometry& geometry) {
@@ -46,11 +43,7 @@ SurfaceField::SurfaceField(const std::shared_ptr<TileSource>& source, const Surf
           SampleGrid(checked(range, source->geometry()).resolution, source->geometry().cube_size),
           reach, range.region),
       tiles_(source, context.memory() / 4),
-      field_{domain_,
-             tiles_,
-             margin_of(source->geometry()),
-             BlendZones(0, source->geometry().cube_size, margin_of(source->geometry())),
-             range.max_mae,
+      field_{domain_, tiles_, zones_of(source->geometry()), range.max_mae,
              surface_kernels(best_instruction_set())} {
   if (domain_.tiles().empty()) {
     throw Error(ErrorCode::kUsage, range.region ? "the region holds nothing of the map"

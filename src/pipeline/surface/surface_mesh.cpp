@@ -41,7 +41,7 @@ std::vector<TileKey> tiles_with_cells(const SurfaceDomain& domain) {
     for_each_corner(tile, -1, [&](const TileKey& below) { found.insert(below); });
   }
   std::vector<TileKey> tiles(found.begin(), found.end());
-  std::ranges::sort(tiles, surface::in_morton_order);
+  std::ranges::sort(tiles, in_morton_order<TileKey>);
   return tiles;
 }
 
