@@ -17,9 +17,9 @@
 #include <pcl/registration/ndt.h>
 
 #include <gdfmap/align/registration.hpp>
-#include <gdfmap/io/point_reader.hpp>
 
 #include "support/lidar_room.hpp"
+#include "support/map_fixture.hpp"
 
 namespace gdfmap {
 namespace {
@@ -28,20 +28,11 @@ constexpr double kVoxel = 0.25;
 constexpr double kMaxDistance = 1.0;
 constexpr double kDegree = std::numbers::pi / 180.0;
 
-std::vector<Vector3> read_cloud(const std::filesystem::path& path) {
-  const std::unique_ptr<PointReader> reader = open_point_cloud(path);
-  std::vector<Vector3> points, batch(65'536);
-  while (const std::size_t count = reader->read(batch)) {
-    points.insert(points.end(), batch.begin(), batch.begin() + static_cast<std::ptrdiff_t>(count));
-  }
-  return points;
-}
-
 test::LidarPair automotive_pair() {
   const std::filesystem::path directory =
       std::filesystem::path(GDFMAP_SHARED_DATA) / "small_gicp_pair";
-  test::LidarPair pair{read_cloud(directory / "target.ply"), read_cloud(directory / "source.ply"),
-                       Eigen::Isometry3d::Identity()};
+  test::LidarPair pair{test::read_cloud(directory / "target.ply"),
+                       test::read_cloud(directory / "source.ply"), Eigen::Isometry3d::Identity()};
   std::ifstream file(directory / "T_target_source.txt");
   for (int i = 0; i < 12; ++i) file >> pair.T_target_source.matrix()(i / 4, i % 4);
   return pair;

@@ -36,18 +36,17 @@ struct Inliers {
 
 Inliers find_inliers(const SurfaceCloud& target, const SurfaceCloud& source,
                      const Eigen::Isometry3d& T, double voxel, int num_threads) {
-  constexpr double kReach = 2.0, kThickness = 0.4, kMinCosine = 0.7;
   return chunked_sum<Inliers>(source.size(), num_threads, [&](std::size_t begin, std::size_t end) {
     Inliers part;
     for (std::size_t i = begin; i < end; ++i) {
       const Vector3 s = T * source.points()[i], m = T.linear() * source.normals()[i];
       part.all_normals += m * m.transpose();
-      const auto match = target.tree().nearest(s, kReach * voxel);
+      const auto match = target.tree().nearest(s, OnSurface::kReach * voxel);
       if (!match) continue;
       const Vector3& n = target.normals()[*match];
-      const double distance = n.dot(s - target.points()[*match]);
-      if (std::abs(distance) > kThickness * voxel || std::abs(n.dot(m)) < kMinCosine) continue;
-      part.points.push_back({s, n, distance});
+      const auto distance = OnSurface::distance(s - target.points()[*match], m, n, voxel);
+      if (!distance) continue;
+      part.points.push_back({s, n, *distance});
       part.inlier_normals += m * m.transpose();
     }
     return part;

@@ -73,8 +73,7 @@ Linearization FieldFactor::linearize(const Eigen::Isometry3d& T, const RobustKer
         }
         return sum;
       });
-  const double n = static_cast<double>(std::max<std::size_t>(1, source_.size()));
-  return {total.hessian / n, total.gradient / n, total.cost / n};
+  return total.mean_over(source_.size());
 }
 
 double FieldFactor::cost(const Eigen::Isometry3d& T, const RobustKernel& kernel) const {

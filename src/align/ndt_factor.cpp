@@ -105,8 +105,7 @@ Linearization NdtFactor::linearize(const Eigen::Isometry3d& T, const RobustKerne
         return sum;
       });
   total.hessian = total.hessian.selfadjointView<Eigen::Upper>();
-  const double n = static_cast<double>(std::max<std::size_t>(1, source_.size()));
-  return {total.hessian / n, total.gradient / n, total.cost / n};
+  return total.mean_over(source_.size());
 }
 
 double NdtFactor::cost(const Eigen::Isometry3d& T, const RobustKernel& kernel) const {

@@ -113,8 +113,7 @@ Linearization SurfaceFactor::linearize(const Eigen::Isometry3d& T,
       total = sum<SurfaceResidual::kGicp>(T, kernel);
       break;
   }
-  const double n = static_cast<double>(std::max<std::size_t>(1, source_.size()));
-  return {total.hessian / n, total.gradient / n, total.cost / n};
+  return total.mean_over(source_.size());
 }
 
 double SurfaceFactor::cost(const Eigen::Isometry3d& T, const RobustKernel& kernel) const {

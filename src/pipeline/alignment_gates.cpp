@@ -18,8 +18,6 @@ namespace {
 constexpr std::size_t kMaxPatches = 64;
 /// Least noise that a surface is said to have, of a voxel: exact data would allow no error.
 constexpr double kLeastNoise = 0.01;
-/// How far off the other's surface a point may lie to count, in voxels, as for inliers.
-constexpr double kReach = 2.0, kThickness = 0.4, kMinCosine = 0.7;
 
 std::string centimetres(double metres) {
   std::array<char, 32> text;
@@ -43,12 +41,12 @@ double noise_of(const SurfaceCloud& surface, double voxel) {
     surface.tree().nearest(surface.points()[i], 2, neighbors);
     for (const std::uint32_t other : neighbors) {
       if (other == i) continue;
-      const Vector3& n = surface.normals()[other];
       const Vector3 difference = surface.points()[i] - surface.points()[other];
-      const double distance = n.dot(difference);
-      if (difference.norm() > kReach * voxel || std::abs(distance) > kThickness * voxel) continue;
-      if (std::abs(n.dot(surface.normals()[i])) < kMinCosine) continue;
-      squares += distance * distance;
+      if (difference.norm() > OnSurface::kReach * voxel) continue;
+      const auto distance =
+          OnSurface::distance(difference, surface.normals()[i], surface.normals()[other], voxel);
+      if (!distance) continue;
+      squares += *distance * *distance;
       ++count;
     }
   }
@@ -117,7 +115,7 @@ class Judge {
     const Vector3 to_scan = case_.map.origin_world() - scan.origin_world();
     std::vector<Vector3> near;
     for (const Vector3& p : map_surface.points()) {
-      if (!scan_surface.tree().nearest(p + to_scan, kReach * voxel_)) continue;
+      if (!scan_surface.tree().nearest(p + to_scan, OnSurface::kReach * voxel_)) continue;
       near.push_back(p + case_.map.origin_world());
     }
     return near;

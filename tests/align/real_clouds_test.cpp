@@ -8,24 +8,15 @@
 #include <gtest/gtest.h>
 
 #include <gdfmap/align/registration.hpp>
-#include <gdfmap/io/point_reader.hpp>
 
 #include "align_fixtures.hpp"
+#include "support/map_fixture.hpp"
 
 namespace gdfmap {
 namespace {
 
 constexpr double kDegree = std::numbers::pi / 180.0;
 const std::filesystem::path kShared = GDFMAP_SHARED_DATA;
-
-std::vector<Vector3> read_cloud(const std::filesystem::path& path) {
-  const std::unique_ptr<PointReader> reader = open_point_cloud(path);
-  std::vector<Vector3> points, batch(65'536);
-  while (const std::size_t count = reader->read(batch)) {
-    points.insert(points.end(), batch.begin(), batch.begin() + static_cast<std::ptrdiff_t>(count));
-  }
-  return points;
-}
 
 /// Rows of a rigid motion, its rotation made exact again.
 Eigen::Isometry3d read_rows(std::istream& stream) {
@@ -49,8 +40,8 @@ class AutomotivePair : public ::testing::Test {
     if (!std::filesystem::exists(directory)) GTEST_SKIP() << "no clouds at " << directory;
     std::ifstream file(directory / "T_target_source.txt");
     T_ = read_rows(file);
-    target_.emplace(read_cloud(directory / "target.ply"));
-    source_.emplace(read_cloud(directory / "source.ply"));
+    target_.emplace(test::read_cloud(directory / "target.ply"));
+    source_.emplace(test::read_cloud(directory / "source.ply"));
   }
 
   /// Share of random first guesses at this distance from which a method ends within 0.2 m and 1
@@ -128,7 +119,7 @@ class RobotScans : public ::testing::Test {
       poses_.push_back(read_rows(file));
       const std::string number = std::to_string(i);
       scans_.push_back(
-          read_cloud(directory / (std::string(6 - number.size(), '0') + number + ".pcd")));
+          test::read_cloud(directory / (std::string(6 - number.size(), '0') + number + ".pcd")));
     }
   }
   /// All scans but one, in the world's frame.

@@ -9,31 +9,13 @@
 #include <gdfmap/core/error.hpp>
 #include <gdfmap/pipeline/configuration.hpp>
 
+#include "configuration_fixture.hpp"
 #include "support/map_fixture.hpp"
-#include "support/temporary_directory.hpp"
 
 namespace gdfmap {
 namespace {
 
-class ConfigurationTest : public testing::Test {
- protected:
-  Configuration load(const std::string& yaml) {
-    const auto path = directory_ / "config.yaml";
-    std::ofstream(path) << yaml;
-    return load_configuration(path);
-  }
-  std::string message_of(const std::string& yaml) {
-    try {
-      load(yaml);
-    } catch (const Error& error) {
-      EXPECT_EQ(error.code(), ErrorCode::kUsage);
-      return error.what();
-    }
-    ADD_FAILURE() << "accepted: " << yaml;
-    return {};
-  }
-  test::TemporaryDirectory directory_;
-};
+using ConfigurationTest = test::ConfigurationFixture<load_configuration>;
 
 /// The ancestor's file, every key of its README and of its own config.yaml.
 constexpr const char* kAncestorsFile = R"(

@@ -4,34 +4,15 @@
 #include <gtest/gtest.h>
 #include <nlohmann/json.hpp>
 
-#include <gdfmap/core/error.hpp>
 #include <gdfmap/pipeline/surface_configuration.hpp>
 
+#include "configuration_fixture.hpp"
 #include "support/map_fixture.hpp"
-#include "support/temporary_directory.hpp"
 
 namespace gdfmap {
 namespace {
 
-class SurfaceConfigurationTest : public testing::Test {
- protected:
-  SurfaceConfiguration load(const std::string& yaml) {
-    const auto path = directory_ / "surface.yaml";
-    std::ofstream(path) << yaml;
-    return load_surface_configuration(path);
-  }
-  std::string message_of(const std::string& yaml) {
-    try {
-      load(yaml);
-    } catch (const Error& error) {
-      EXPECT_EQ(error.code(), ErrorCode::kUsage);
-      return error.what();
-    }
-    ADD_FAILURE() << "accepted: " << yaml;
-    return {};
-  }
-  test::TemporaryDirectory directory_;
-};
+using SurfaceConfigurationTest = test::ConfigurationFixture<load_surface_configuration>;
 
 constexpr const char* kIo = "io: {input_csv: a.bin, output_ply: a.ply}\n";
 

@@ -3,6 +3,7 @@
 #include <fstream>
 #include <iterator>
 
+#include <gdfmap/io/point_reader.hpp>
 #include <gdfmap/io/point_writer.hpp>
 #include <gdfmap/pipeline/ingest.hpp>
 #include <gdfmap/pipeline/synthetic_scene.hpp>
@@ -13,6 +14,15 @@ void write_cloud(const std::filesystem::path& path, std::span<const Vector3> poi
   const auto writer = create_point_cloud(path);
   writer->write(points);
   writer->finish();
+}
+
+std::vector<Vector3> read_cloud(const std::filesystem::path& path) {
+  const std::unique_ptr<PointReader> reader = open_point_cloud(path);
+  std::vector<Vector3> points, batch(65'536);
+  while (const std::size_t count = reader->read(batch)) {
+    points.insert(points.end(), batch.begin(), batch.begin() + static_cast<std::ptrdiff_t>(count));
+  }
+  return points;
 }
 
 std::vector<Vector3> scene_points(const std::string& scene, std::uint64_t count, double size) {

@@ -15,6 +15,9 @@ namespace gdfmap::test {
 /// Writes points to a PLY file of doubles.
 void write_cloud(const std::filesystem::path& path, std::span<const Vector3> points);
 
+/// All points of a file in any format.
+[[nodiscard]] std::vector<Vector3> read_cloud(const std::filesystem::path& path);
+
 /// The first `count` points of an analytic scene, without noise.
 [[nodiscard]] std::vector<Vector3> scene_points(const std::string& scene, std::uint64_t count,
                                                 double size = 0.0);

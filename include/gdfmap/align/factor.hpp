@@ -20,6 +20,11 @@ struct Linearization {
     cost += other.cost;
     return *this;
   }
+  /// Of a sum over `count` points; of none it is the sum.
+  [[nodiscard]] Linearization mean_over(std::size_t count) const {
+    const double n = count == 0 ? 1.0 : static_cast<double>(count);
+    return {hessian / n, gradient / n, cost / n};
+  }
 };
 
 /// What a registration minimises: a mean over the points of a source, laid on a target by a pose

@@ -1,6 +1,8 @@
 #pragma once
 
+#include <cmath>
 #include <cstdint>
+#include <optional>
 #include <span>
 #include <vector>
 
@@ -36,6 +38,24 @@ class SurfaceCloud {
   std::vector<Vector3> points_;
   KdTree tree_;
   std::vector<Vector3> normals_;
+};
+
+/// When a point with a normal lies on a surface, seen from the surface's point nearest to it. Where
+/// that is farther away than kReach voxels, it does not.
+struct OnSurface {
+  static constexpr double kReach = 2.0;
+  static constexpr double kThickness = 0.4;  ///< most distance along the normal, voxels
+  static constexpr double kMinCosine = 0.7;  ///< between the normals, whatever their signs
+
+  /// The distance along the surface's normal, metres; empty where the point lies elsewhere.
+  /// @param offset  of the point from the surface's, metres
+  [[nodiscard]] static std::optional<double> distance(const Vector3& offset, const Vector3& normal,
+                                                      const Vector3& surface_normal, double voxel) {
+    const double distance = surface_normal.dot(offset);
+    const bool is_off = std::abs(distance) > kThickness * voxel ||
+                        std::abs(surface_normal.dot(normal)) < kMinCosine;
+    return is_off ? std::nullopt : std::optional(distance);
+  }
 };
 
 /// The mean of the points of every occupied voxel, in Morton order of the voxels; see SurfaceCloud.
