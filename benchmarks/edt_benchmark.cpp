@@ -35,14 +35,15 @@ Points room_points(std::size_t count) {
 
 /// The samples of 27 neighbouring cubes in the middle, in packets of 4 × 4 × 4.
 Samples samples() {
-  constexpr int kPackets = 3 * kSamplesPerEdge / 4;
+  constexpr int kPackets = 3 * kPopulatedGrid.per_edge / 4;
   Samples result;
   for (int packet = 0; packet < kPackets * kPackets * kPackets; ++packet) {
     for (int i = 0; i < 64; ++i) {
       // Morton order within the packet.
       const auto at = [&](int p, int bit) {
         const int n = 4 * p + (i >> bit & 1) + 2 * (i >> (bit + 3) & 1);
-        return static_cast<float>(kStepsPerCubeAxis + sample_offset(n + kMarginSamples, 0));
+        return static_cast<float>(kStepsPerCubeAxis +
+                                  kPopulatedGrid.offset(n + kPopulatedGrid.margin, 0));
       };
       result.emplace_back(at(packet / (kPackets * kPackets), 2),
                           at(packet / kPackets % kPackets, 1), at(packet % kPackets, 0));

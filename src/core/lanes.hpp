@@ -3,8 +3,8 @@
 // Short vectors, one independent computation per lane, for .cpp files that are compiled once per
 // instruction set. Every operation is exact IEEE arithmetic of its lane alone, with explicit fused
 // multiply-add, so that a lane's result is the same for every width and instruction set. The one
-// exception is store_sums(), which crosses lanes and is nothing for what must be the same
-// everywhere.
+// exception is store_sums(), which adds up lanes in an order of its own and is nothing for what
+// must be the same everywhere.
 //
 // Everything here has internal linkage: a function that leaked out of a file compiled for AVX-512
 // could be the copy that the linker keeps for all.
@@ -126,6 +126,13 @@ struct PortableLanes {
   friend PortableLanes select(Mask m, PortableLanes a, PortableLanes b) {
     return from([&](int i) { return m.v[i] ? a.v[i] : b.v[i]; });
   }
+  /// Of all lanes; none may be NaN.
+  friend Scalar smallest(PortableLanes a) {
+    Scalar result = a.v[0];
+    for (int i = 1; i < Width; ++i) result = a.v[i] < result ? a.v[i] : result;
+    return result;
+  }
+  friend Scalar largest(PortableLanes a) { return -smallest(PortableLanes(Scalar(0)) - a); }
   /// Writes the sums over the lanes of a, b, c and d to p[0] … p[3]: of neighbours first, then of
   /// neighbouring sums, and so on.
   friend void store_sums(PortableLanes a, PortableLanes b, PortableLanes c, PortableLanes d,
@@ -202,6 +209,12 @@ struct Avx2Lanes {
   friend Avx2Lanes select(Mask m, Avx2Lanes a, Avx2Lanes b) {
     return Avx2Lanes(_mm256_blendv_ps(b.v, a.v, m.v));
   }
+  friend float smallest(Avx2Lanes a) {
+    __m128 x = _mm_min_ps(_mm256_castps256_ps128(a.v), _mm256_extractf128_ps(a.v, 1));
+    x = _mm_min_ps(x, _mm_movehl_ps(x, x));
+    return _mm_cvtss_f32(_mm_min_ss(x, _mm_movehdup_ps(x)));
+  }
+  friend float largest(Avx2Lanes a) { return -smallest(Avx2Lanes(0.0f) - a); }
   friend void store_sums(Avx2Lanes a, Avx2Lanes b, Avx2Lanes c, Avx2Lanes d, float* p) {
     const __m256 sums = _mm256_hadd_ps(_mm256_hadd_ps(a.v, b.v), _mm256_hadd_ps(c.v, d.v));
     _mm_storeu_ps(p, _mm_add_ps(_mm256_castps256_ps128(sums), _mm256_extractf128_ps(sums, 1)));
@@ -267,6 +280,8 @@ struct Avx512Lanes {
   friend Avx512Lanes select(Mask m, Avx512Lanes a, Avx512Lanes b) {
     return Avx512Lanes(_mm512_mask_blend_ps(m.v, b.v, a.v));
   }
+  friend float smallest(Avx512Lanes a) { return _mm512_reduce_min_ps(a.v); }
+  friend float largest(Avx512Lanes a) { return _mm512_reduce_max_ps(a.v); }
   friend Avx512Lanes power_of_two(Avx512Lanes shifted) {
     const __m512i bits = _mm512_slli_epi32(_mm512_castps_si512(shifted.v), 23);
     return Avx512Lanes(_mm512_castsi512_ps(_mm512_add_epi32(bits, _mm512_set1_epi32(0x3F800000))));

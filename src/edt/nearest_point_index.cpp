@@ -118,6 +118,8 @@ struct NearestPointIndex::Tree {
       break;
     }
     view.leaves = leaves.data();
+    Eigen::Vector3f::Map(view.min) = bounds.min();
+    Eigen::Vector3f::Map(view.max) = bounds.max();
     view.num_levels = static_cast<int>(levels.size());
     for (std::size_t i = 0; i < levels.size(); ++i) view.levels[i] = levels[i].data();
   }

@@ -26,6 +26,7 @@ struct SearchTree {
   const TreeLeaf* leaves = nullptr;
   const TreeNode* levels[kMaxLevels] = {};
   int num_levels = 0;
+  float min[3] = {}, max[3] = {};  ///< box of all points
 };
 
 /// Samples that are searched for together, and their squared distances so far.

@@ -32,15 +32,6 @@ struct SearchArithmetic {
     float worst;
   };
 
-  static float largest(Lanes v) {
-    alignas(64) float values[kW];
-    v.store(values);
-    float result = values[0];
-    for (int i = 1; i < kW; ++i) result = values[i] > result ? values[i] : result;
-    return result;
-  }
-  static float smallest(Lanes v) { return -largest(Lanes(0.0f) - v); }
-
   /// Lower bounds of the squared distances from a query to the children of a node.
   static void bound_children(const TreeNode& node, const Query& query,
                              float (&bounds)[kTreeWidth]) {
@@ -58,9 +49,13 @@ struct SearchArithmetic {
   /// Few are left, so that insertion is the cheapest way.
   static int nearest_first(const float (&bounds)[kTreeWidth], float limit,
                            int (&order)[kTreeWidth]) {
+    unsigned within = 0;
+    for (int i = 0; i < kTreeWidth; i += kW) {
+      within |= bits(Lanes::load(bounds + i) < Lanes(limit)) << i;
+    }
     int count = 0;
-    for (int i = 0; i < kTreeWidth; ++i) {
-      if (!(bounds[i] < limit)) continue;
+    for (; within != 0; within &= within - 1) {
+      const int i = __builtin_ctz(within);
       int place = count++;
       for (; place > 0 && bounds[order[place - 1]] > bounds[i]; --place) {
         order[place] = order[place - 1];
@@ -95,9 +90,31 @@ struct SearchArithmetic {
           queries[v].min[a] = smallest(values);
           queries[v].max[a] = largest(values);
         }
+        find_worst(v);
+      }
+    }
+
+    void run() {
+      if (!is_near()) return;
+      for (int v = 0; v < kVectors; ++v) {
         improve(tree.leaves[packet.leaf], v);
         find_worst(v);
       }
+      visit_node(tree.num_levels - 1, 0, (1u << kVectors) - 1);
+    }
+
+    /// Whether a sample may find something nearer in this tree: most know better from another one.
+    bool is_near() const {
+      for (const Query& query : queries) {
+        Lanes distance[3];
+        for (int a = 0; a < 3; ++a) {
+          distance[a] = outside(Lanes(tree.min[a]), Lanes(tree.max[a]), Lanes(query.min[a]),
+                                Lanes(query.max[a]));
+        }
+        const Lanes bound = squared_norm(distance[0], distance[1], distance[2]);
+        if (bits(bound < Lanes(query.worst)) != 0) return true;
+      }
+      return false;
     }
 
     void find_worst(int v) { queries[v].worst = largest(Lanes::load(packet.best + v * kW)); }
@@ -186,7 +203,7 @@ struct SearchArithmetic {
   };
 
   static void search_packet(const SearchTree& tree, SearchPacket& packet) {
-    PacketSearch(tree, packet).visit_node(tree.num_levels - 1, 0, (1u << kVectors) - 1);
+    PacketSearch(tree, packet).run();
   }
 
   struct SingleSearch {

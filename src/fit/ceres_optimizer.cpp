@@ -1,5 +1,6 @@
 #include <array>
 #include <cmath>
+#include <vector>
 
 #include <ceres/ceres.h>
 
@@ -14,8 +15,8 @@ namespace {
 class DenseCost final : public ceres::CostFunction {
  public:
   DenseCost(const CubeProblem& problem, Eigen::Index num_gaussians)
-      : problem_(problem), num_gaussians_(num_gaussians) {
-    set_num_residuals(kNumSamples);
+      : problem_(problem), weights_(axis_weights(problem.grid)), num_gaussians_(num_gaussians) {
+    set_num_residuals(num_samples());
     mutable_parameter_block_sizes()->push_back(
         static_cast<std::int32_t>(kFitParameters * num_gaussians));
   }
@@ -27,12 +28,12 @@ class DenseCost final : public ceres::CostFunction {
     const Eigen::Map<const FitParameters<double>> p(parameters[0], kFitParameters, num_gaussians_);
     const Eigen::Array3Xd inverse_sigma = (-p.bottomRows<3>().array()).exp();
     double* const derivatives = jacobians != nullptr ? jacobians[0] : nullptr;
-    Jacobian jacobian(derivatives, derivatives != nullptr ? kNumSamples : 0, p.size());
-    for (int i = 0; i < kNumSamples; ++i) {
-      constexpr int n = kSamplesPerAxis;
+    Jacobian jacobian(derivatives, derivatives != nullptr ? num_samples() : 0, p.size());
+    const TrainingGrid& grid = problem_.grid;
+    for (int i = 0; i < num_samples(); ++i) {
+      const int n = grid.per_axis();
       const std::array<int, 3> at = {i / (n * n), i / n % n, i % n};
-      const Eigen::Array3d x(sample_position(at[0]), sample_position(at[1]),
-                             sample_position(at[2]));
+      const Eigen::Array3d x(grid.position(at[0]), grid.position(at[1]), grid.position(at[2]));
       const double root_weight = std::sqrt(weight(at[0]) * weight(at[1]) * weight(at[2]));
       double model = 0.0;
       for (Eigen::Index k = 0; k < num_gaussians_; ++k) {
@@ -54,9 +55,11 @@ class DenseCost final : public ceres::CostFunction {
   }
 
  private:
-  static double weight(int i) { return axis_weights()[static_cast<std::size_t>(i)]; }
+  [[nodiscard]] int num_samples() const { return static_cast<int>(problem_.grid.size()); }
+  [[nodiscard]] double weight(int i) const { return weights_[static_cast<std::size_t>(i)]; }
 
   CubeProblem problem_;
+  std::vector<double> weights_;  // along an axis
   Eigen::Index num_gaussians_;
 };
 
@@ -99,8 +102,8 @@ DenseEvaluation evaluate_with_ceres(const CubeProblem& problem,
                                     const FitParameters<double>& parameters) {
   const DenseCost cost(problem, parameters.cols());
   DenseEvaluation result;
-  result.residuals.resize(kNumSamples);
-  result.jacobian.resize(kNumSamples, parameters.size());
+  result.residuals.resize(cost.num_residuals());
+  result.jacobian.resize(cost.num_residuals(), parameters.size());
   const double* const blocks[] = {parameters.data()};
   double* jacobians[] = {result.jacobian.data()};
   if (!cost.Evaluate(blocks, result.residuals.data(), jacobians)) {

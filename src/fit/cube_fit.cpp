@@ -24,7 +24,9 @@ struct Climber {
   FitParameters<float> parameters{kFitParameters, 0};
   CubeFit best;
 
-  [[nodiscard]] CubeProblem problem() const { return {samples->targets, 1.0 / samples->edge}; }
+  [[nodiscard]] CubeProblem problem() const {
+    return {samples->targets, 1.0 / samples->edge, training_grid(samples->populated)};
+  }
 };
 using Climbers = std::vector<Climber*>;
 
@@ -225,9 +227,8 @@ class Ladder {
 
 CubeFitter::CubeFitter(const FitConfig& config, InstructionSet set)
     : config_(config),
-      batch_(std::make_unique<TensorBatch<float>>(
-          std::max(config.populated_steps.back(), config.empty_steps.back()), set)) {}
-CubeFitter::~CubeFitter() = default;
+      populated_(kPopulatedGrid, config.populated_steps.back(), set),
+      empty_(kEmptyGrid, config.empty_steps.back(), set) {}
 
 std::vector<CubeFit> CubeFitter::fit(std::span<const CubeSamples> cubes) {
   const FlushToZero flush_to_zero;
@@ -240,7 +241,8 @@ std::vector<CubeFit> CubeFitter::fit(std::span<const CubeSamples> cubes) {
     }
     if (of_class.empty()) continue;
     const std::vector<int>& steps = populated ? config_.populated_steps : config_.empty_steps;
-    Ladder(steps, config_, *of_class.front()->samples, *batch_).climb(std::move(of_class));
+    TensorBatch<float>& batch = populated ? populated_ : empty_;
+    Ladder(steps, config_, *of_class.front()->samples, batch).climb(std::move(of_class));
   }
   std::vector<CubeFit> fits;
   for (Climber& c : climbers) fits.push_back(std::move(c.best));

@@ -42,10 +42,10 @@ constexpr int matrix_index(int row, int column) {
 /// Atoms of pursuit along one axis, and what every tensor product of three of them needs.
 template <typename Scalar>
 struct PursuitDictionary {
-  static constexpr int kMaxAtoms = 16;
+  static constexpr int kMaxAtoms = 16, kMaxSamples = kPopulatedGrid.per_axis();
   int num_atoms = 0;
   Scalar mean[kMaxAtoms], log_sigma[kMaxAtoms];
-  Scalar value[kMaxAtoms][kSamplesPerAxis];
+  Scalar value[kMaxAtoms][kMaxSamples];
   Scalar gram[kMaxAtoms][kMaxAtoms];                     ///< weighted inner products
   Scalar inverse_norm[kMaxAtoms][kMaxAtoms][kMaxAtoms];  ///< 1 / squared weighted norm
 };
@@ -55,16 +55,17 @@ struct PursuitDictionary {
 template <typename Scalar>
 struct FitArrays {
   int num_gaussians = 0;
-  const Scalar* sample_position = nullptr;    ///< [kSamplesPerAxis], no lanes
-  const Scalar* sample_weight = nullptr;      ///< [kSamplesPerAxis], no lanes
+  int num_samples = 0;                        ///< n³ for n an axis
+  const Scalar* sample_position = nullptr;    ///< [n], no lanes
+  const Scalar* sample_weight = nullptr;      ///< [n], no lanes
   const Scalar* held_out_position = nullptr;  ///< [kHeldOutPerAxis], no lanes
 
-  Scalar* target = nullptr;             ///< [kNumSamples]
+  Scalar* target = nullptr;             ///< [n³]
   Scalar* held_out = nullptr;           ///< [kNumHeldOut]: targets, then absolute errors
   Scalar* parameters = nullptr;         ///< [7 K]: where the normal equations were taken
   Scalar* candidate = nullptr;          ///< [7 K]: where basis and residual were taken
-  Scalar* basis = nullptr;              ///< [axis][K][kind][kSamplesPerAxis]
-  Scalar* weighted_residual = nullptr;  ///< [kNumSamples]: ω (model − target)
+  Scalar* basis = nullptr;              ///< [axis][K][kind][n]
+  Scalar* weighted_residual = nullptr;  ///< [n³]: ω (model − target)
   Scalar* normal_matrix = nullptr;      ///< [matrix_size(7 K)]
   Scalar* gradient = nullptr;           ///< [7 K]: Jᵀr
   Scalar* factor = nullptr;             ///< [matrix_size(7 K)]
@@ -97,14 +98,14 @@ struct FitKernels {
   void (*held_out_errors)(const FitArrays<Scalar>&);
 };
 
-/// Float kernels of an instruction set, which must be supported.
-[[nodiscard]] const FitKernels<float>& fit_kernels(InstructionSet set);
+/// Float kernels of an instruction set, which must be supported, for one of kTrainingGrids.
+[[nodiscard]] const FitKernels<float>& fit_kernels(InstructionSet set, const TrainingGrid& grid);
 /// The same arithmetic in double, one cube at a time: the reference for tests.
-[[nodiscard]] const FitKernels<double>& reference_fit_kernels();
+[[nodiscard]] const FitKernels<double>& reference_fit_kernels(const TrainingGrid& grid);
 
 namespace detail {
-const FitKernels<float>& avx512_fit_kernels();
-const FitKernels<float>& avx2_fit_kernels();
+const FitKernels<float>& avx512_fit_kernels(const TrainingGrid& grid);
+const FitKernels<float>& avx2_fit_kernels(const TrainingGrid& grid);
 }  // namespace detail
 
 }  // namespace gdfmap

@@ -2,9 +2,8 @@
 
 namespace gdfmap::detail {
 
-const FitKernels<float>& avx2_fit_kernels() {
-  static constexpr FitKernels<float> kernels = FitArithmetic<Avx2Lanes>::table();
-  return kernels;
+const FitKernels<float>& avx2_fit_kernels(const TrainingGrid& grid) {
+  return kernels_for<Avx2Lanes>(grid);
 }
 
 }  // namespace gdfmap::detail

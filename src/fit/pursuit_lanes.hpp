@@ -11,9 +11,8 @@
 namespace gdfmap {
 namespace {
 
-constexpr int kN = kSamplesPerAxis;
-
-template <typename Lanes>
+/// @tparam kN  samples an axis
+template <typename Lanes, int kN>
 struct PursuitArithmetic : LaneArrays<Lanes> {
   using typename LaneArrays<Lanes>::Scalar;
   using LaneArrays<Lanes>::kW, LaneArrays<Lanes>::at, LaneArrays<Lanes>::put;
@@ -42,11 +41,11 @@ struct PursuitArithmetic : LaneArrays<Lanes> {
     for (int ax = 0; ax < d.num_atoms; ++ax) {
       Lanes over_x[kN][kN];
       for (int y = 0; y < kN; ++y) {
-#pragma GCC unroll 12
+#pragma GCC unroll 16
         for (int z = 0; z < kN; ++z) over_x[y][z] = Lanes(0);
         for (int x = 0; x < kN; ++x) {
           const Lanes value(Scalar(0) - d.value[ax][x]);
-#pragma GCC unroll 12
+#pragma GCC unroll 16
           for (int z = 0; z < kN; ++z) {
             over_x[y][z] = fma(value, at(w.weighted_residual, (x * kN + y) * kN + z), over_x[y][z]);
           }
@@ -54,16 +53,16 @@ struct PursuitArithmetic : LaneArrays<Lanes> {
       }
       for (int ay = 0; ay < d.num_atoms; ++ay) {
         Lanes over_y[kN];
-#pragma GCC unroll 12
+#pragma GCC unroll 16
         for (int z = 0; z < kN; ++z) over_y[z] = Lanes(0);
         for (int y = 0; y < kN; ++y) {
           const Lanes value(d.value[ay][y]);
-#pragma GCC unroll 12
+#pragma GCC unroll 16
           for (int z = 0; z < kN; ++z) over_y[z] = fma(value, over_x[y][z], over_y[z]);
         }
         for (int az = 0; az < d.num_atoms; ++az, ++place) {
           Lanes even(0), odd(0);
-#pragma GCC unroll 6
+#pragma GCC unroll 8
           for (int z = 0; z < kN; z += 2) {
             even = fma(Lanes(d.value[az][z]), over_y[z], even);
             odd = fma(Lanes(d.value[az][z + 1]), over_y[z + 1], odd);

@@ -21,11 +21,11 @@ constexpr double kLeastMarginWeight = 0.15;
 constexpr std::size_t kAlignment = 64;
 
 template <typename Scalar>
-const FitKernels<Scalar>& kernels_of(InstructionSet set) {
+const FitKernels<Scalar>& kernels_of(InstructionSet set, const TrainingGrid& grid) {
   if constexpr (std::is_same_v<Scalar, float>) {
-    return fit_kernels(set);
+    return fit_kernels(set, grid);
   } else {
-    return reference_fit_kernels();
+    return reference_fit_kernels(grid);
   }
 }
 
@@ -35,36 +35,36 @@ struct Free {
 
 }  // namespace
 
-const std::array<double, kSamplesPerAxis>& axis_weights() {
-  static const auto weights = [] {
-    std::array<double, kSamplesPerAxis> result;
-    for (int i = 0; i < kSamplesPerAxis; ++i) {
-      const double x = sample_position(i);
-      const double outside = std::max({-x, x - 1.0, 0.0});
-      const double share = smoothstep((kMarginRatio - outside) / (2.0 * kMarginRatio));
-      result[static_cast<std::size_t>(i)] =
-          outside > 0.0 ? std::max(share, kLeastMarginWeight) : 1.0;
-    }
-    return result;
-  }();
+std::vector<double> axis_weights(const TrainingGrid& grid) {
+  std::vector<double> weights;
+  for (int i = 0; i < grid.per_axis(); ++i) {
+    const double x = grid.position(i);
+    const double outside = std::max({-x, x - 1.0, 0.0});
+    const double share = smoothstep((kMarginRatio - outside) / (2.0 * kMarginRatio));
+    weights.push_back(outside > 0.0 ? std::max(share, kLeastMarginWeight) : 1.0);
+  }
   return weights;
 }
 
 template <typename Scalar>
 struct TensorBatch<Scalar>::Impl {
+  TrainingGrid grid;
   const FitKernels<Scalar>& kernels;
   int max_gaussians;
   FitArrays<Scalar> arrays;
   std::unique_ptr<void, Free> memory;
-  std::array<Scalar, kSamplesPerAxis> sample_positions, sample_weights;
+  std::vector<Scalar> sample_positions, sample_weights;
   std::array<Scalar, kHeldOutPerAxis> held_out_positions{};
 
-  Impl(int count, InstructionSet set) : kernels(kernels_of<Scalar>(set)), max_gaussians(count) {
+  Impl(const TrainingGrid& samples, int count, InstructionSet set)
+      : grid(samples), kernels(kernels_of<Scalar>(set, samples)), max_gaussians(count) {
     arrays.num_gaussians = max_gaussians;
+    arrays.num_samples = static_cast<int>(grid.size());
     allocate();
-    for (std::size_t i = 0; i < kSamplesPerAxis; ++i) {
-      sample_positions[i] = static_cast<Scalar>(sample_position(static_cast<int>(i)));
-      sample_weights[i] = static_cast<Scalar>(axis_weights()[i]);
+    for (const double weight : axis_weights(grid)) {
+      const auto i = static_cast<int>(sample_weights.size());
+      sample_positions.push_back(static_cast<Scalar>(grid.position(i)));
+      sample_weights.push_back(static_cast<Scalar>(weight));
     }
     arrays.sample_position = sample_positions.data();
     arrays.sample_weight = sample_weights.data();
@@ -78,12 +78,12 @@ struct TensorBatch<Scalar>::Impl {
   void allocate() {
     const int rows = kFitParameters * max_gaussians;
     constexpr int kAtoms = PursuitDictionary<Scalar>::kMaxAtoms;
-    const std::pair<Scalar**, int> sizes[] = {{&arrays.target, kNumSamples},
+    const std::pair<Scalar**, int> sizes[] = {{&arrays.target, arrays.num_samples},
                                               {&arrays.held_out, kNumHeldOut},
                                               {&arrays.parameters, rows},
                                               {&arrays.candidate, rows},
-                                              {&arrays.basis, 9 * max_gaussians * kSamplesPerAxis},
-                                              {&arrays.weighted_residual, kNumSamples},
+                                              {&arrays.basis, 9 * max_gaussians * grid.per_axis()},
+                                              {&arrays.weighted_residual, arrays.num_samples},
                                               {&arrays.normal_matrix, matrix_size(rows)},
                                               {&arrays.gradient, rows},
                                               {&arrays.factor, matrix_size(rows)},
@@ -117,8 +117,8 @@ struct TensorBatch<Scalar>::Impl {
 };
 
 template <typename Scalar>
-TensorBatch<Scalar>::TensorBatch(int max_gaussians, InstructionSet set)
-    : impl_(std::make_unique<Impl>(max_gaussians, set)) {}
+TensorBatch<Scalar>::TensorBatch(const TrainingGrid& grid, int max_gaussians, InstructionSet set)
+    : impl_(std::make_unique<Impl>(grid, max_gaussians, set)) {}
 template <typename Scalar>
 TensorBatch<Scalar>::~TensorBatch() = default;
 template <typename Scalar>
@@ -146,7 +146,10 @@ void TensorBatch<Scalar>::resize(int num_gaussians) {
 
 template <typename Scalar>
 void TensorBatch<Scalar>::set_problem(int lane, const CubeProblem& problem) {
-  for (std::size_t i = 0; i < kNumSamples; ++i) {
+  if (problem.grid != impl_->grid || problem.targets.size() != impl_->grid.size()) {
+    throw Error(ErrorCode::kInternal, "a problem on another grid of samples than its batch");
+  }
+  for (std::size_t i = 0; i < problem.targets.size(); ++i) {
     impl_->at(impl_->arrays.target, i, lane) =
         static_cast<Scalar>(problem.scale * static_cast<double>(problem.targets[i]));
   }
@@ -216,7 +219,7 @@ void TensorBatch<Scalar>::solve_weights(double ridge) {
 
 template <typename Scalar>
 void TensorBatch<Scalar>::pursue(int first, int count) {
-  impl_->kernels.pursue(impl_->arrays, pursuit_dictionary<Scalar>(), first, count);
+  impl_->kernels.pursue(impl_->arrays, pursuit_dictionary<Scalar>(impl_->grid), first, count);
 }
 
 template <typename Scalar>

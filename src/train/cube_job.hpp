@@ -17,8 +17,8 @@ inline constexpr const char* kFitConfigKey = "fit_config";
 struct CubeJob {
   CubeKey key;
   bool populated = false;
-  double edge = 1.0;  ///< metres
-  std::array<float, kNumSamples> targets;
+  double edge = 1.0;           ///< metres
+  std::vector<float> targets;  ///< on the grid of its class
   std::array<float, kNumHeldOut> held_out;
 };
 

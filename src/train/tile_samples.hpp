@@ -1,6 +1,5 @@
 #pragma once
 
-#include <array>
 #include <span>
 #include <vector>
 
@@ -8,32 +7,34 @@
 #include <gdfmap/edt/sample_lattice.hpp>
 #include <gdfmap/train/exact_distance.hpp>
 
+#include "grid_targets.hpp"
+
 namespace gdfmap {
 
 /// Exact distances, in metres, at the samples of some cubes of a tile. They are looked up in
 /// chunks, so that several threads can work on one tile.
 class TileSamples {
  public:
-  /// @param cubes  their indices, ascending
-  TileSamples(const TileKey& key, std::vector<int> cubes, const Lattice& lattice,
-              ExactDistance& exact_distance);
+  /// @param cubes      their indices, ascending
+  /// @param populated  which cubes of the tile hold points
+  TileSamples(const TileKey& key, std::vector<int> cubes, const CubeMask& populated,
+              const Lattice& lattice, ExactDistance& exact_distance);
 
   [[nodiscard]] const std::vector<int>& cubes() const { return cubes_; }
+  /// Whether the cube at place `n` of cubes() holds points.
+  [[nodiscard]] bool is_populated(std::size_t n) const { return populated_.test(cubes_[n]); }
 
-  [[nodiscard]] std::size_t num_chunks() const { return num_target_chunks() + cubes_.size(); }
-  /// Looks up a chunk; samples that neighbouring cubes share are in one chunk only. Chunks may be
-  /// looked up in any order and at the same time.
+  [[nodiscard]] std::size_t num_chunks() const;
+  /// Looks up a chunk. Chunks may be looked up in any order and at the same time.
   void look_up(std::size_t chunk);
 
-  /// Once every chunk is looked up: targets of the cube at place `n` of cubes(), x slowest, z
-  /// fastest.
-  void copy_targets(std::size_t n, std::span<float, kNumSamples> targets) const;
+  /// Once every chunk is looked up, x slowest, z fastest: targets of the cube at place `n` of
+  /// cubes(), on the grid of its class.
+  [[nodiscard]] std::vector<float> targets(std::size_t n) const;
   void copy_held_out(std::size_t n, std::span<float, kNumHeldOut> held_out) const;
 
  private:
-  [[nodiscard]] std::size_t num_target_chunks() const;
-  void select_packets();
-  void look_up_targets(std::size_t chunk);
+  [[nodiscard]] GridTargets make_targets(bool populated) const;
   void look_up_held_out(std::size_t cube);
   [[nodiscard]] std::vector<float> distances(std::span<const Eigen::Vector3i> samples) const;
 
@@ -41,9 +42,8 @@ class TileSamples {
   double step_;  ///< metres
   ExactDistance* exact_distance_;
   std::vector<int> cubes_;
-  std::vector<std::array<int, 3>> packets_;  ///< of the sample lattice, that some cube needs
-  std::vector<int> slots_;      ///< of every packet of the lattice among packets_; or −1
-  std::vector<float> targets_;  ///< packet by packet, x slowest
+  CubeMask populated_;
+  GridTargets populated_targets_, empty_targets_;
   std::vector<float> held_out_;
 };
 

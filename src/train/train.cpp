@@ -128,9 +128,9 @@ class LevelTrainer {
     look_up(works);
     std::vector<Slot> slots;
     for (std::size_t i = 0; i < works.size(); ++i) {
-      const std::vector<int>& cubes = works[i].samples->cubes();
-      for (std::size_t n = 0; n < cubes.size(); ++n) {
-        slots.push_back({i, n, tiles[i].populated.test(cubes[n]), {}, {}, false, false});
+      const TileSamples& samples = *works[i].samples;
+      for (std::size_t n = 0; n < samples.cubes().size(); ++n) {
+        slots.push_back({i, n, samples.is_populated(n), {}, {}, false, false});
       }
     }
     keep_unchanged(works, slots);
@@ -163,8 +163,8 @@ class LevelTrainer {
       CubeSelection selection = select_cubes(*work.tile, work.stored, work.changes, map_.lattice(),
                                              config_, exact_distance_);
       work.kept = std::move(selection.kept);
-      work.samples.emplace(work.tile->key, std::move(selection.looked_up), map_.lattice(),
-                           exact_distance_);
+      work.samples.emplace(work.tile->key, std::move(selection.looked_up), work.tile->populated,
+                           map_.lattice(), exact_distance_);
     });
     std::vector<std::pair<TileSamples*, std::size_t>> chunks;
     for (Work& work : works) {
@@ -193,7 +193,7 @@ class LevelTrainer {
     job.key = cube_at(work.tile->key, work.samples->cubes()[slot.place]);
     job.populated = slot.populated;
     job.edge = map_.lattice().cube_edge(work.tile->key.level);
-    work.samples->copy_targets(slot.place, job.targets);
+    job.targets = work.samples->targets(slot.place);
     work.samples->copy_held_out(slot.place, job.held_out);
     return job;
   }

@@ -7,26 +7,36 @@
 namespace gdfmap {
 namespace {
 
-TEST(SampleLattice, NeighbouringCubesShareSamples) {
-  for (int level = 0; level < kMaxLevels; ++level) {
-    for (int i = 0; i < 2 * kMarginSamples; ++i) {
-      EXPECT_EQ(sample_offset(kSamplesPerEdge + i, level),
-                sample_offset(i, level) + steps_per_cube(level));
+TEST(TrainingGrid, NeighbouringCubesShareSamples) {
+  for (const TrainingGrid& grid : kTrainingGrids) {
+    for (int level = 0; level < kMaxLevels; ++level) {
+      for (int i = 0; i < 2 * grid.margin; ++i) {
+        EXPECT_EQ(grid.offset(grid.per_edge + i, level),
+                  grid.offset(i, level) + steps_per_cube(level));
+      }
     }
   }
 }
 
-TEST(SampleLattice, CoversCubeAndMargin) {
-  EXPECT_DOUBLE_EQ(sample_position(0), -3.0 / 16);
-  EXPECT_DOUBLE_EQ(sample_position(kMarginSamples), 1.0 / 16);
-  EXPECT_DOUBLE_EQ(sample_position(kSamplesPerAxis - 1), 1.0 + 3.0 / 16);
+TEST(TrainingGrid, IsRegularAndCentredOnTheCube) {
+  EXPECT_DOUBLE_EQ(kEmptyGrid.position(0), -3.0 / 16);
+  EXPECT_DOUBLE_EQ(kEmptyGrid.position(kEmptyGrid.margin), 1.0 / 16);
+  EXPECT_DOUBLE_EQ(kEmptyGrid.position(kEmptyGrid.per_axis() - 1), 1.0 + 3.0 / 16);
+  constexpr double kRounding = 1.0 / kStepsPerCubeAxis;
+  for (const TrainingGrid& grid : kTrainingGrids) {
+    for (int i = 0; i < grid.per_axis(); ++i) {
+      EXPECT_NEAR(grid.position(i), (i - grid.margin + 0.5) / grid.per_edge, kRounding);
+    }
+  }
 }
 
-TEST(SampleLattice, HeldOutSamplesLieWithinTheCubeAndOffTheTrainingSamples) {
+TEST(HeldOutSamples, LieWithinTheCubeAndOffTheTrainingSamples) {
   for (int i = 0; i < kHeldOutPerAxis; ++i) {
     const double x = held_out_position(i, 0);
     EXPECT_NEAR(x, (i + 0.5) / kHeldOutPerAxis, 1.0 / kStepsPerCubeAxis);
-    for (int j = 0; j < kSamplesPerAxis; ++j) EXPECT_GT(std::abs(x - sample_position(j)), 0.01);
+    for (const TrainingGrid& grid : kTrainingGrids) {
+      for (int j = 0; j < grid.per_axis(); ++j) EXPECT_GT(std::abs(x - grid.position(j)), 0.01);
+    }
   }
 }
 

@@ -3,6 +3,7 @@
 
 #include <gtest/gtest.h>
 
+#include <gdfmap/core/error.hpp>
 #include <gdfmap/fit/cube_fit.hpp>
 
 #include "support/cube_targets.hpp"
@@ -45,22 +46,23 @@ TEST(FitCube, ErrorsAreThoseOfTheStoredGaussians) {
 TEST(FitCube, GrowsOnlyWhereTheErrorAsksForIt) {
   FitConfig config;
   config.mae_threshold = 1.0;
-  const test::CubeTargets targets(test::planes_distance(3));
-  EXPECT_EQ(fit_cube(targets.samples(true), config).gaussians.size(), 8u);
+  const test::CubeTargets populated(test::planes_distance(3), true);
+  const test::CubeTargets empty(test::planes_distance(3), false);
+  EXPECT_EQ(fit_cube(populated.samples(), config).gaussians.size(), 8u);
   config.empty_mae_threshold = 1.0;
-  EXPECT_EQ(fit_cube(targets.samples(false), config).gaussians.size(), 4u);
+  EXPECT_EQ(fit_cube(empty.samples(), config).gaussians.size(), 4u);
   config.mae_threshold = config.empty_mae_threshold = 0.0;
-  EXPECT_EQ(fit_cube(targets.samples(true), config).gaussians.size(), 32u);
-  EXPECT_EQ(fit_cube(targets.samples(false), config).gaussians.size(), 16u);
+  EXPECT_EQ(fit_cube(populated.samples(), config).gaussians.size(), 32u);
+  EXPECT_EQ(fit_cube(empty.samples(), config).gaussians.size(), 16u);
 }
 
 TEST(FitCube, IsTheSameAtEveryScale) {
   FitConfig config;
   const test::CubeTargets small(wall);
-  const test::CubeTargets large([](const Vector3& p) { return 4.0 * wall(p / 4.0); }, 4.0);
+  const test::CubeTargets large([](const Vector3& p) { return 4.0 * wall(p / 4.0); }, true, 4.0);
   const CubeFit a = fit_cube(small.samples(), config);
   config.mae_threshold *= 4.0;
-  const CubeFit b = fit_cube(large.samples(true, 4.0), config);
+  const CubeFit b = fit_cube(large.samples(4.0), config);
   ASSERT_EQ(a.gaussians.size(), b.gaussians.size());
   EXPECT_NEAR(b.errors.mae, 4.0 * a.errors.mae, 1e-4);
   for (std::size_t k = 0; k < a.gaussians.size(); ++k) {
@@ -79,9 +81,11 @@ TEST(FitCube, GivesTheSameBytesEveryTime) {
 /// Populated and empty cubes of very different need, more than any register has lanes.
 TEST(FitCubes, AreTheSameAloneTogetherAndOnEveryInstructionSet) {
   std::vector<test::CubeTargets> targets;
-  for (unsigned seed = 0; seed < 21; ++seed) targets.emplace_back(test::planes_distance(seed));
+  for (unsigned seed = 0; seed < 21; ++seed) {
+    targets.emplace_back(test::planes_distance(seed), seed % 3 > 0);
+  }
   std::vector<CubeSamples> samples;
-  for (std::size_t i = 0; i < targets.size(); ++i) samples.push_back(targets[i].samples(i % 3 > 0));
+  for (const test::CubeTargets& t : targets) samples.push_back(t.samples());
   FitConfig config;
   config.populated_steps = {4, 8};
   config.empty_steps = {4, 6};
@@ -115,6 +119,13 @@ TEST(FitCube, CeresFitsAsWell) {
   const CubeFit theirs = fit_cube(targets.samples(), config);
   ASSERT_TRUE(theirs.finite);
   EXPECT_NEAR(theirs.errors.mae, ours.errors.mae, 0.5 * ours.errors.mae + 0.002);
+}
+
+TEST(FitCube, RefusesSamplesOfTheOtherClass) {
+  const test::CubeTargets targets(wall, false);
+  CubeSamples samples = targets.samples();
+  samples.populated = true;
+  EXPECT_THROW(fit_cube(samples, FitConfig{}), Error);
 }
 
 TEST(FitCube, SaysSoWhenTargetsAreNotNumbers) {

@@ -21,7 +21,7 @@ FitParameters<double> lattice_start(const CubeProblem& problem, int count) {
     start.col(k) << 0.0, 0.2 + 0.6 * (k & 1), 0.2 + 0.6 * (k >> 1 & 1), 0.2 + 0.6 * (k >> 2 & 1),
         std::log(0.5), std::log(0.5), std::log(0.5);
   }
-  TensorBatch<double> batch(count);
+  TensorBatch<double> batch(problem.grid, count);
   batch.set_problem(0, problem);
   batch.set_candidate(0, start);
   batch.evaluate();
@@ -30,14 +30,14 @@ FitParameters<double> lattice_start(const CubeProblem& problem, int count) {
 }
 
 Job minimized(Job job, const OptimizerOptions& options) {
-  TensorBatch<double> batch(static_cast<int>(job.parameters.cols()));
+  TensorBatch<double> batch(job.problem.grid, static_cast<int>(job.parameters.cols()));
   minimize_tensor(batch, std::span(&job, 1), options);
   return job;
 }
 
 TEST(MinimizeTensor, LowersTheCostAndKeepsTheBounds) {
   const test::CubeTargets targets(test::planes_distance(6));
-  const CubeProblem problem{targets.targets, 1.0};
+  const CubeProblem problem = targets.problem();
   const FitParameters<double> start = lattice_start(problem, 8);
   const double before = minimized({problem, start}, {0, 0.0}).cost;
   const Job result = minimized({problem, start}, {20, 0.0});
@@ -55,7 +55,7 @@ TEST(MinimizeTensor, RecoversASingleGaussian) {
   });
   FitParameters<double> start(kFitParameters, 1);
   start.col(0) << 0.5, 0.5, 0.4, 0.5, std::log(0.4), std::log(0.3), std::log(0.4);
-  const Job result = minimized({{targets.targets, 1.0}, start}, {60, 0.0});
+  const Job result = minimized({targets.problem(), start}, {60, 0.0});
   EXPECT_NEAR(result.parameters(kFitWeight, 0), 0.7, 1e-5);
   EXPECT_NEAR(result.parameters(kFitMean, 0), 0.4, 1e-5);
   EXPECT_NEAR(std::exp(result.parameters(kFitLogSigma, 0)), 0.3, 1e-5);
@@ -63,7 +63,7 @@ TEST(MinimizeTensor, RecoversASingleGaussian) {
 
 TEST(MinimizeTensor, EndsAtTheIterationBudget) {
   const test::CubeTargets targets(test::planes_distance(9));
-  const CubeProblem problem{targets.targets, 1.0};
+  const CubeProblem problem = targets.problem();
   EXPECT_EQ(minimized({problem, lattice_start(problem, 8)}, {5, 0.0}).num_iterations, 5);
 }
 
@@ -74,12 +74,12 @@ TEST(MinimizeTensor, TreatsEveryJobAsIfItWereAlone) {
   for (unsigned seed = 0; seed < 37; ++seed) targets.emplace_back(test::planes_distance(seed));
   std::vector<OptimizerJob<float>> jobs;
   for (const test::CubeTargets& t : targets) {
-    const CubeProblem problem{t.targets, 1.0};
+    const CubeProblem problem = t.problem();
     jobs.push_back({problem, lattice_start(problem, 4).cast<float>()});
   }
   std::vector<OptimizerJob<float>> alone = jobs;
   const OptimizerOptions options{20, 1e-2};
-  TensorBatch<float> batch(4);
+  TensorBatch<float> batch(kPopulatedGrid, 4);
   minimize_tensor(batch, std::span(jobs), options);
   for (std::size_t i = 0; i < jobs.size(); ++i) {
     minimize_tensor(batch, std::span(alone).subspan(i, 1), options);
@@ -90,7 +90,7 @@ TEST(MinimizeTensor, TreatsEveryJobAsIfItWereAlone) {
 }
 
 TEST(MinimizeTensor, WithoutJobsDoesNothing) {
-  TensorBatch<float> batch(4);
+  TensorBatch<float> batch(kPopulatedGrid, 4);
   minimize_tensor<float>(batch, {}, {});
 }
 
@@ -100,8 +100,8 @@ TEST(MinimizeTensor, ConvergesAsWellAsCeres) {
   const FlushToZero flush_to_zero;
   std::vector<double> ratios;
   for (unsigned seed = 0; seed < 200; ++seed) {
-    const test::CubeTargets targets(test::planes_distance(seed));
-    const CubeProblem problem{targets.targets, 1.0};
+    const test::CubeTargets targets(test::planes_distance(seed), false);
+    const CubeProblem problem = targets.problem();
     const Job start = minimized({problem, lattice_start(problem, 4)}, {20, 0.0});
     const OptimizerOptions to_convergence{300, 1e-7};
     Job theirs = start;

@@ -26,7 +26,7 @@ Parameters example_parameters(Eigen::Index count) {
 
 /// The reference at given parameters, with its normal equations.
 TensorBatch<double> batch_at(const CubeProblem& problem, const Parameters& parameters) {
-  TensorBatch<double> batch(static_cast<int>(parameters.cols()));
+  TensorBatch<double> batch(problem.grid, static_cast<int>(parameters.cols()));
   batch.set_problem(0, problem);
   batch.set_candidate(0, parameters);
   batch.evaluate();
@@ -35,30 +35,33 @@ TensorBatch<double> batch_at(const CubeProblem& problem, const Parameters& param
 }
 
 TEST(AxisWeights, AreOneInsideAndFallInTheMarginToAFloor) {
-  const auto& w = axis_weights();
-  for (int i = kMarginSamples; i < kSamplesPerAxis - kMarginSamples; ++i) {
-    EXPECT_EQ(w[static_cast<std::size_t>(i)], 1.0);
+  for (const TrainingGrid& grid : kTrainingGrids) {
+    const std::vector<double> w = axis_weights(grid);
+    ASSERT_EQ(w.size(), static_cast<std::size_t>(grid.per_axis()));
+    EXPECT_LT(w.front(), 0.2);
+    for (int i = 0; i < grid.per_edge; ++i) {
+      EXPECT_EQ(w[static_cast<std::size_t>(grid.margin + i)], 1.0);
+    }
+    for (std::size_t i = 0; i < w.size(); ++i) EXPECT_EQ(w[i], w[w.size() - 1 - i]);
   }
-  EXPECT_EQ(w[0], 0.15);
-  EXPECT_NEAR(w[1], 0.31640625, 1e-12);  // smoothstep(3/8)
-  EXPECT_EQ(w[0], w[kSamplesPerAxis - 1]);
-  EXPECT_EQ(w[1], w[kSamplesPerAxis - 2]);
+  EXPECT_EQ(axis_weights(kEmptyGrid)[0], 0.15);
+  EXPECT_NEAR(axis_weights(kEmptyGrid)[1], 0.31640625, 1e-12);  // smoothstep(3/8)
 }
 
 TEST(TensorBatch, CostIsHalfTheSquaredResidualsOfCeres) {
   const test::CubeTargets targets(test::planes_distance(3));
   const Parameters parameters = example_parameters(6);
-  const auto batch = batch_at({targets.targets, 1.0}, parameters);
-  const DenseEvaluation dense = evaluate_with_ceres({targets.targets, 1.0}, parameters);
+  const auto batch = batch_at(targets.problem(), parameters);
+  const DenseEvaluation dense = evaluate_with_ceres(targets.problem(), parameters);
   EXPECT_NEAR(batch.cost(0), 0.5 * dense.residuals.squaredNorm(), 1e-12 * batch.cost(0));
 }
 
 TEST(TensorBatch, NormalEquationsEqualThoseOfCeresJacobian) {
-  const test::CubeTargets targets(test::planes_distance(2));
   for (const Eigen::Index count : {1, 2, 8, 16, 32}) {
+    const test::CubeTargets targets(test::planes_distance(2), count > 2);
     const Parameters parameters = example_parameters(count);
-    const auto batch = batch_at({targets.targets, 1.0}, parameters);
-    const DenseEvaluation dense = evaluate_with_ceres({targets.targets, 1.0}, parameters);
+    const auto batch = batch_at(targets.problem(), parameters);
+    const DenseEvaluation dense = evaluate_with_ceres(targets.problem(), parameters);
     const Eigen::MatrixXd expected = dense.jacobian.transpose() * dense.jacobian;
     const Eigen::VectorXd expected_gradient = dense.jacobian.transpose() * dense.residuals;
     EXPECT_LE((batch.normal_matrix(0) - expected).cwiseAbs().maxCoeff(),
@@ -70,7 +73,7 @@ TEST(TensorBatch, NormalEquationsEqualThoseOfCeresJacobian) {
 
 TEST(TensorBatch, GradientEqualsCentralDifferencesOfTheCost) {
   const test::CubeTargets targets(test::planes_distance(5));
-  const CubeProblem problem{targets.targets, 1.0};
+  const CubeProblem problem = targets.problem();
   const Parameters parameters = example_parameters(4);
   const Eigen::VectorXd gradient = batch_at(problem, parameters).gradient(0);
   const double h = 1e-6;
@@ -88,13 +91,13 @@ TEST(TensorBatch, StepSolvesTheDampedEquations) {
   const test::CubeTargets targets(test::planes_distance(9));
   // Seven Gaussians: the rows do not fill the last tile of the matrix.
   const Parameters parameters = example_parameters(7);
-  auto batch = batch_at({targets.targets, 1.0}, parameters);
+  auto batch = batch_at(targets.problem(), parameters);
   const double damping = 1e3;  // so short a step that nothing is clamped
   batch.step(std::array{damping});
   Eigen::MatrixXd damped = batch.normal_matrix(0);
   for (Eigen::Index i = 0; i < damped.rows(); ++i) {
     damped(i, i) *= 1.0 + damping;
-    if (i % kFitParameters == kFitWeight) damped(i, i) += damping * 1e-6 * kNumSamples;
+    if (i % kFitParameters == kFitWeight) damped(i, i) += damping * 1e-6 * kPopulatedGrid.size();
   }
   const Eigen::VectorXd expected = damped.ldlt().solve(-batch.gradient(0));
   const Parameters moved = batch.candidate(0);
@@ -107,7 +110,7 @@ TEST(TensorBatch, StepSolvesTheDampedEquations) {
 TEST(TensorBatch, PredictedDecreaseIsThatOfTheQuadraticModel) {
   const test::CubeTargets targets(test::planes_distance(4));
   const Parameters parameters = example_parameters(5);
-  auto batch = batch_at({targets.targets, 1.0}, parameters);
+  auto batch = batch_at(targets.problem(), parameters);
   batch.step(std::array{1.0});
   const Parameters moved = batch.candidate(0);
   const Parameters difference = moved - parameters;
@@ -119,7 +122,7 @@ TEST(TensorBatch, PredictedDecreaseIsThatOfTheQuadraticModel) {
 
 TEST(TensorBatch, SolvedWeightsLeaveNoGradientInThem) {
   const test::CubeTargets targets(test::planes_distance(7));
-  const CubeProblem problem{targets.targets, 1.0};
+  const CubeProblem problem = targets.problem();
   auto batch = batch_at(problem, example_parameters(5));
   batch.solve_weights(0.0);
   const auto solved = batch_at(problem, batch.candidate(0));
@@ -130,10 +133,10 @@ TEST(TensorBatch, SolvedWeightsLeaveNoGradientInThem) {
 
 TEST(TensorBatch, KeepsTheWeightsOfGaussiansThatAreAllTheSame) {
   const test::CubeTargets targets(test::planes_distance(7));
-  TensorBatch<float> batch(8);
+  TensorBatch<float> batch(kPopulatedGrid, 8);
   FitParameters<float> parameters = example_parameters(8).cast<float>();
   for (Eigen::Index k = 1; k < 8; ++k) parameters.col(k) = parameters.col(0);
-  batch.set_problem(0, {targets.targets, 1.0});
+  batch.set_problem(0, targets.problem());
   batch.set_candidate(0, parameters);
   batch.evaluate();
   batch.solve_weights(-1e-3);  // surely not positive definite
@@ -145,9 +148,9 @@ TEST(TensorBatch, PursuitFindsAnAtomThatIsThere) {
     const Vector3 u = (p - Vector3(0.5, 0.25, 0.75)) / 0.25;
     return 0.8 * std::exp(-0.5 * u.squaredNorm());
   });
-  TensorBatch<double> batch(1);
+  TensorBatch<double> batch(kPopulatedGrid, 1);
   batch.resize(0);
-  batch.set_problem(0, {targets.targets, 1.0});
+  batch.set_problem(0, targets.problem());
   batch.evaluate();
   batch.resize(1);
   batch.pursue(0, 1);
@@ -163,10 +166,10 @@ TEST(TensorBatch, PursuitFindsAnAtomThatIsThere) {
 
 TEST(TensorBatch, FloatAgreesWithTheReference) {
   const test::CubeTargets targets(test::planes_distance(4));
-  const CubeProblem problem{targets.targets, 1.0};
+  const CubeProblem problem = targets.problem();
   const Parameters parameters = example_parameters(8);
   const double cost = batch_at(problem, parameters).cost(0);
-  TensorBatch<float> batch(8);
+  TensorBatch<float> batch(kPopulatedGrid, 8);
   const int lane = batch.num_lanes() - 1;
   batch.set_problem(lane, problem);
   batch.set_candidate(lane, parameters.cast<float>());
@@ -175,7 +178,7 @@ TEST(TensorBatch, FloatAgreesWithTheReference) {
 }
 
 TEST(TensorBatch, RefusesMoreGaussiansThanItHasRoomFor) {
-  TensorBatch<float> batch(8);
+  TensorBatch<float> batch(kPopulatedGrid, 8);
   EXPECT_THROW(batch.resize(9), std::exception);
 }
 

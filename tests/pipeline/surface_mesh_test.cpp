@@ -70,6 +70,25 @@ double mean_distance(const test::PlyFile& mesh, const SyntheticScene& truth) {
   return sum / area;
 }
 
+/// Share of the scene's points that have a vertex in their voxel of 3 cm or next to it.
+double covered_share(const test::PlyFile& mesh, const std::string& scene, double size) {
+  const auto voxel_of = [](const Vector3& p) {
+    const Eigen::Array3i v = (p.array() / 0.03).floor().cast<int>();
+    return std::array<int, 3>{v.x(), v.y(), v.z()};
+  };
+  std::set<std::array<int, 3>> near;
+  for (const Vector3& p : mesh.positions()) {
+    for (int i = 0; i < 27; ++i) {
+      const Vector3 offset(i / 9 - 1, i / 3 % 3 - 1, i % 3 - 1);
+      near.insert(voxel_of(p + 0.03 * offset));
+    }
+  }
+  const std::vector<Vector3> points = test::scene_points(scene, 5000, size);
+  const auto count =
+      std::ranges::count_if(points, [&](const Vector3& p) { return near.contains(voxel_of(p)); });
+  return static_cast<double>(count) / static_cast<double>(points.size());
+}
+
 /// Scenes around the world's origin, where eight tiles meet.
 class SurfaceMeshTest : public testing::Test {
  protected:
@@ -98,6 +117,7 @@ class SurfaceMeshTest : public testing::Test {
 TEST_F(SurfaceMeshTest, OfASphereAcrossTilesIsClosedAndOnIt) {
   const test::PlyFile file = mesh(trained("sphere", 2.0), at(0.02));
   expect_closed(file);
+  EXPECT_GE(covered_share(file, "sphere", 2.0), 0.9);
   EXPECT_EQ(report_.num_vertices, file.num_vertices());
   EXPECT_EQ(report_.num_triangles, file.triangles.size());
   const double error = mean_distance(file, SyntheticScene("sphere", 2.0));
@@ -105,9 +125,11 @@ TEST_F(SurfaceMeshTest, OfASphereAcrossTilesIsClosedAndOnIt) {
   RecordProperty("mean_distance_m", std::to_string(error));
 }
 
+/// All faces of the box are faces of cubes: either side is another cube's.
 TEST_F(SurfaceMeshTest, OfABoxAcrossTilesIsClosedAndOnIt) {
-  const test::PlyFile file = mesh(trained("box", 2.0), at(0.02));
+  const test::PlyFile file = mesh(trained("box", 2.0, 0.5), at(0.02));
   expect_closed(file);
+  EXPECT_GE(covered_share(file, "box", 2.0), 0.99);
   const double error = mean_distance(file, SyntheticScene("box", 2.0));
   EXPECT_LE(error, 0.015);
   RecordProperty("mean_distance_m", std::to_string(error));

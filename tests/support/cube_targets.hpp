@@ -15,18 +15,24 @@ namespace gdfmap::test {
 
 /// Samples of a unit cube at the origin of some distance function.
 struct CubeTargets {
-  std::array<float, kNumSamples> targets;
+  bool populated;
+  std::vector<float> targets;  ///< on the grid of its class
   std::array<float, kNumHeldOut> held_out;
 
-  explicit CubeTargets(const std::function<double(const Vector3&)>& distance, double edge = 1.0) {
-    std::size_t i = 0;
-    for (int n = 0; n < kNumSamples; ++n) {
-      constexpr int k = kSamplesPerAxis;
-      targets[i++] = static_cast<float>(
-          distance(edge * Vector3(sample_position(n / (k * k)), sample_position(n / k % k),
-                                  sample_position(n % k))));
+  explicit CubeTargets(const std::function<double(const Vector3&)>& distance,
+                       bool is_populated = true, double edge = 1.0)
+      : populated(is_populated) {
+    const TrainingGrid& grid = training_grid(populated);
+    const int per_axis = grid.per_axis();
+    for (int x = 0; x < per_axis; ++x) {
+      for (int y = 0; y < per_axis; ++y) {
+        for (int z = 0; z < per_axis; ++z) {
+          const Vector3 p(grid.position(x), grid.position(y), grid.position(z));
+          targets.push_back(static_cast<float>(distance(edge * p)));
+        }
+      }
     }
-    i = 0;
+    std::size_t i = 0;
     for (int n = 0; n < kNumHeldOut; ++n) {
       constexpr int k = kHeldOutPerAxis;
       held_out[i++] = static_cast<float>(
@@ -35,9 +41,10 @@ struct CubeTargets {
     }
   }
 
-  [[nodiscard]] CubeSamples samples(bool populated = true, double edge = 1.0) const {
+  [[nodiscard]] CubeSamples samples(double edge = 1.0) const {
     return {targets, held_out, 0, edge, populated};
   }
+  [[nodiscard]] CubeProblem problem() const { return {targets, 1.0, training_grid(populated)}; }
 };
 
 /// Distance to the nearest of a few planes through random places: creases like those of real

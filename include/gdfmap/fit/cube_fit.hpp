@@ -1,6 +1,5 @@
 #pragma once
 
-#include <memory>
 #include <span>
 #include <vector>
 
@@ -15,7 +14,7 @@ namespace gdfmap {
 
 /// Exact distances (metres) at the samples of one cube; x runs slowest, z fastest. Not owned.
 struct CubeSamples {
-  std::span<const float, kNumSamples> targets;
+  std::span<const float> targets;  ///< on the grid of its class
   std::span<const float, kNumHeldOut> held_out;
   int level = 0;
   double edge = 1.0;       ///< metres
@@ -40,14 +39,13 @@ class CubeFitter {
  public:
   /// @param set  a supported one
   explicit CubeFitter(const FitConfig& config, InstructionSet set = best_instruction_set());
-  ~CubeFitter();
 
   /// @param cubes  of one level
   [[nodiscard]] std::vector<CubeFit> fit(std::span<const CubeSamples> cubes);
 
  private:
   FitConfig config_;
-  std::unique_ptr<TensorBatch<float>> batch_;
+  TensorBatch<float> populated_, empty_;
 };
 
 }  // namespace gdfmap

@@ -1,7 +1,7 @@
 #pragma once
 
-#include <array>
 #include <span>
+#include <vector>
 
 #include <Eigen/Core>
 
@@ -28,13 +28,14 @@ inline constexpr double kMinLogSigma = -3.2188758248682006, kMaxLogSigma = 1.386
 
 /// The least-squares problem of one cube: cost = ½ Σ_i ω_i (Σ_k w_k b_k(x_i) − t_i)².
 struct CubeProblem {
-  std::span<const float, kNumSamples> targets;  ///< metres, x slowest, z fastest; not owned
-  double scale = 1.0;                           ///< 1 / edge: brings targets to edges
+  std::span<const float> targets;      ///< metres, x slowest, z fastest; not owned
+  double scale = 1.0;                  ///< 1 / edge: brings targets to edges
+  TrainingGrid grid = kPopulatedGrid;  ///< where the targets are
 };
 
-/// Weights of the samples along an axis: 1 inside the cube; in the margin, where the cube's share
-/// in the blended field falls, that share, but at least 0.15, since GDF1 readers give an outermost
-/// cube full weight there. A sample counts with the product of its three weights ω.
-[[nodiscard]] const std::array<double, kSamplesPerAxis>& axis_weights();
+/// Weights of a grid's samples along an axis: 1 inside the cube; in the margin, where the cube's
+/// share in the blended field falls, that share, but at least 0.15, since GDF1 readers give an
+/// outermost cube full weight there. A sample counts with the product of its three weights ω.
+[[nodiscard]] std::vector<double> axis_weights(const TrainingGrid& grid);
 
 }  // namespace gdfmap

@@ -39,8 +39,8 @@ extern template void minimize_tensor<double>(TensorBatch<double>&, std::span<Opt
 /// The same problem solved by Ceres, with its own dense Jacobian and the same bounds.
 void minimize_ceres(OptimizerJob<double>& job, const OptimizerOptions& options);
 
-/// Ceres' residuals √ω (model − target), x slowest, and their Jacobian (row-major, kNumSamples × 7
-/// K) at given parameters: what the normal equations of TensorBatch are checked against.
+/// Ceres' residuals √ω (model − target), x slowest, and their Jacobian (row-major, samples × 7 K)
+/// at given parameters: what the normal equations of TensorBatch are checked against.
 struct DenseEvaluation {
   Eigen::VectorXd residuals;
   Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor> jacobian;

@@ -24,15 +24,18 @@ struct PursuitDictionary;
 /// are the same for every instruction set.
 ///
 /// `Scalar` is float, or double for the reference of one lane. All problems of a batch have the
-/// same number of Gaussians. Not thread-safe; the float batches want FlushToZero around them.
+/// same grid of samples and the same number of Gaussians. Not thread-safe; the float batches want
+/// FlushToZero around them.
 template <typename Scalar>
 class TensorBatch {
  public:
   using Parameters = FitParameters<Scalar>;
 
+  /// @param grid           one of kTrainingGrids
   /// @param max_gaussians  that resize() may ask for; so many until it does
   /// @param set            a supported one; without effect on the reference
-  explicit TensorBatch(int max_gaussians, InstructionSet set = best_instruction_set());
+  TensorBatch(const TrainingGrid& grid, int max_gaussians,
+              InstructionSet set = best_instruction_set());
   ~TensorBatch();
   TensorBatch(TensorBatch&&) noexcept;
 
@@ -42,6 +45,7 @@ class TensorBatch {
   /// else keeps its meaning but the problems and the weighted residuals.
   void resize(int num_gaussians);
 
+  /// @param problem  on the grid of this batch
   void set_problem(int lane, const CubeProblem& problem);
   /// Where evaluate() goes next. Fewer columns than Gaussians: the rest has no weight.
   void set_candidate(int lane, const Parameters& parameters);

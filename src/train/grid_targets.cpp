@@ -1,0 +1,106 @@
+#include "grid_targets.hpp"
+
+#include <algorithm>
+
+#include "morton_grid.hpp"
+
+namespace gdfmap {
+namespace {
+
+/// Samples are looked up in packets of 4 × 4 × 4, which a cube's samples fill exactly.
+constexpr int kPacket = 4;
+constexpr std::size_t kPacketSamples = kPacket * kPacket * kPacket;
+static_assert(std::ranges::all_of(kTrainingGrids, [](const TrainingGrid& grid) {
+  return grid.per_edge % kPacket == 0 && grid.per_axis() % kPacket == 0;
+}));
+/// Enough for one search to be worth its beginning, few enough to stand close together.
+constexpr std::size_t kPacketsPerChunk = 16;
+
+/// Packets along a tile: those of its cubes and one margin at either end.
+int packets_per_side(const TrainingGrid& grid) {
+  return (kCubesPerTileAxis * grid.per_edge + 2 * grid.margin) / kPacket;
+}
+
+/// Of a sample within its packet.
+std::size_t place_in_packet(int x, int y, int z) {
+  return static_cast<std::size_t>((x * kPacket + y) * kPacket + z);
+}
+
+}  // namespace
+
+GridTargets::GridTargets(const TrainingGrid& grid, int level, std::span<const int> cubes)
+    : grid_(grid), level_(level) {
+  if (cubes.empty()) return;
+  select_packets(cubes);
+  targets_.resize(packets_.size() * kPacketSamples);
+}
+
+std::size_t GridTargets::packet_index(int x, int y, int z) const {
+  const int side = packets_per_side(grid_);
+  return static_cast<std::size_t>((x * side + y) * side + z);
+}
+
+void GridTargets::select_packets(std::span<const int> cubes) {
+  const int per_edge = grid_.per_edge / kPacket;
+  const auto places = morton_ordered_grid(packets_per_side(grid_));
+  const auto of_cube = morton_ordered_grid(grid_.per_axis() / kPacket);
+  constexpr int kNotNeeded = -1, kNeeded = 0;
+  slots_.assign(places.size(), kNotNeeded);
+  for (const int cube : cubes) {
+    const auto [cx, cy, cz] = cube_coordinates(cube);
+    for (const auto& [x, y, z] : of_cube) {
+      slots_[packet_index(cx * per_edge + x, cy * per_edge + y, cz * per_edge + z)] = kNeeded;
+    }
+  }
+  for (const auto& place : places) {
+    int& slot = slots_[packet_index(place[0], place[1], place[2])];
+    if (slot == kNotNeeded) continue;
+    slot = static_cast<int>(packets_.size());
+    packets_.push_back(place);
+  }
+}
+
+std::size_t GridTargets::num_chunks() const {
+  return (packets_.size() + kPacketsPerChunk - 1) / kPacketsPerChunk;
+}
+
+void GridTargets::look_up(std::size_t chunk, const Distances& distances) {
+  static const auto places = morton_ordered_grid(kPacket);
+  const std::size_t begin = chunk * kPacketsPerChunk;
+  const std::size_t end = std::min(packets_.size(), begin + kPacketsPerChunk);
+  std::vector<Eigen::Vector3i> samples;
+  std::vector<std::size_t> targets;
+  for (std::size_t i = begin; i < end; ++i) {
+    for (const auto& place : places) {
+      Eigen::Vector3i& sample = samples.emplace_back();
+      for (std::size_t a = 0; a < 3; ++a) {
+        sample[static_cast<Eigen::Index>(a)] =
+            static_cast<int>(grid_.offset(packets_[i][a] * kPacket + place[a], level_));
+      }
+      targets.push_back(i * kPacketSamples + place_in_packet(place[0], place[1], place[2]));
+    }
+  }
+  const std::vector<float> found = distances(samples);
+  for (std::size_t i = 0; i < targets.size(); ++i) targets_[targets[i]] = found[i];
+}
+
+std::vector<float> GridTargets::of_cube(int cube) const {
+  const int per_edge = grid_.per_edge / kPacket;
+  const auto [cx, cy, cz] = cube_coordinates(cube);
+  std::vector<float> targets(grid_.size());
+  auto next = targets.begin();
+  for (int x = 0; x < grid_.per_axis(); ++x) {
+    for (int y = 0; y < grid_.per_axis(); ++y) {
+      for (int z = 0; z < grid_.per_axis(); z += kPacket) {
+        const int slot = slots_[packet_index(
+            cx * per_edge + x / kPacket, cy * per_edge + y / kPacket, cz * per_edge + z / kPacket)];
+        const std::size_t row = static_cast<std::size_t>(slot) * kPacketSamples +
+                                place_in_packet(x % kPacket, y % kPacket, 0);
+        next = std::copy_n(targets_.begin() + static_cast<std::ptrdiff_t>(row), kPacket, next);
+      }
+    }
+  }
+  return targets;
+}
+
+}  // namespace gdfmap
