@@ -6,6 +6,10 @@
 #include <span>
 #include <vector>
 
+#if defined(__x86_64__)
+#include <immintrin.h>
+#endif
+
 #include <benchmark/benchmark.h>
 
 #include <gdfmap/core/flush_to_zero.hpp>
@@ -32,6 +36,47 @@ OptimizerJob<Scalar> job(const CubeProblem& problem, Eigen::Index count) {
   return {problem, parameters.cast<Scalar>()};
 }
 
+/// Operations on the numbers of one cube when its lane is evaluated, accepted and stepped once: an
+/// addition, a multiplication or both fused count one. As src/fit/kernels_lanes.hpp has them; what
+/// is left out grows with K n or slower.
+double operations_of_a_step(const TrainingGrid& grid, double K) {
+  constexpr double kExp = 18.0, kKinds = 3.0, kParameters = 7.0;
+  const double n = grid.per_axis(), rows = kParameters * K;
+  const double basis = 3.0 * K * n * (kExp + 7.0);
+  const double model = K * n * n * (n + 2.0) + 4.0 * n * n * n;
+  const double pair = 3.0 * kKinds * kKinds * n + 2.0 * 49.0 + 2.0 * 42.0;
+  const double normal_matrix = K * (K + 1.0) / 2.0 * pair + K * 3.0 * kKinds * n;
+  const double gradient = K * (2.0 * n * n * n + 4.0 * n * n + kParameters * n);
+  const double factor_and_solve = rows * rows * rows / 6.0 + rows * rows;
+  const double prediction = rows * rows / 2.0;
+  return basis + model + normal_matrix + gradient + factor_and_solve + prediction;
+}
+
+/// As fast as the core goes: independent fused multiply-adds in registers, and nothing else.
+#if defined(__x86_64__)
+__attribute__((target("avx512f"))) void multiply_adds(benchmark::State& state) {
+  if (!is_supported(InstructionSet::kAvx512)) {
+    state.SkipWithError("not on this processor");
+    return;
+  }
+  constexpr int kChains = 16, kRounds = 4096, kLanes = 16;
+  __m512 sums[kChains] = {}, factor = {}, addend = {};
+  for (auto _ : state) {
+    benchmark::DoNotOptimize(factor);
+    benchmark::DoNotOptimize(addend);
+    for (int round = 0; round < kRounds; ++round) {
+#pragma GCC unroll 16
+      for (__m512& sum : sums) sum = _mm512_fmadd_ps(sum, factor, addend);
+    }
+    benchmark::DoNotOptimize(sums);
+  }
+  state.counters["operations"] =
+      benchmark::Counter(static_cast<double>(state.iterations()) * kChains * kRounds * kLanes,
+                         benchmark::Counter::kIsRate);
+}
+BENCHMARK(multiply_adds);
+#endif
+
 /// Eight iterations, so that the work before the first does not count much.
 constexpr OptimizerOptions kEightSteps{8, 0.0};
 
@@ -52,6 +97,12 @@ void tensor_steps(benchmark::State& state, InstructionSet set) {
     benchmark::DoNotOptimize(jobs);
   }
   state.SetItemsProcessed(state.iterations() * kEightSteps.max_iterations * batch.num_lanes());
+  // Where it starts is evaluated, accepted and stepped from too.
+  const double steps = (kEightSteps.max_iterations + 1) * batch.num_lanes();
+  state.counters["operations"] = benchmark::Counter(
+      static_cast<double>(state.iterations()) * steps *
+          operations_of_a_step(kPopulatedGrid, static_cast<double>(state.range(0))),
+      benchmark::Counter::kIsRate);
 }
 BENCHMARK_CAPTURE(tensor_steps, avx512, InstructionSet::kAvx512)->Arg(8)->Arg(16)->Arg(32);
 BENCHMARK_CAPTURE(tensor_steps, avx2, InstructionSet::kAvx2)->Arg(8)->Arg(16)->Arg(32);

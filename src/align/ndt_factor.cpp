@@ -17,10 +17,16 @@ struct PointModel {
   Eigen::Matrix3d hessian = Eigen::Matrix3d::Zero();
 };
 
+/// exp(−30) = 1e-13 of what a cell gives at its mean: most neighbours of a point are flat cells that
+/// lie farther off, and take no exponential.
+constexpr double kMostExponent = 30.0;
+
 void add_cell(const NdtCell& cell, const Vector3& p, const NdtConstants& k, PointModel& model) {
   const Vector3 q = p - cell.mean;
   const Vector3 Cq = cell.inverse_covariance * q;
-  const double e = std::exp(-0.5 * k.d2 * q.dot(Cq));
+  const double exponent = 0.5 * k.d2 * q.dot(Cq);
+  if (exponent > kMostExponent) return;
+  const double e = std::exp(-exponent);
   const double weight = -k.d1 * k.d2 * e;
   model.gain += -k.d1 * e;
   model.gradient += weight * Cq;

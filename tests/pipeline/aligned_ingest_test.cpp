@@ -6,6 +6,7 @@
 #include <gdfmap/core/error.hpp>
 #include <gdfmap/pipeline/aligned_ingest.hpp>
 #include <gdfmap/pipeline/ingest.hpp>
+#include <gdfmap/train/train.hpp>
 
 #include "support/lidar_room.hpp"
 #include "support/map_fixture.hpp"
@@ -107,6 +108,16 @@ TEST_F(AlignedIngest, AShiftedScanIsMovedOntoTheMapAndPublished) {
   std::map<TileKey, Digest> expected;
   direct.points().for_each_tile([&](const TilePoints& t) { expected[t.key] = t.digest; });
   EXPECT_EQ(digests(), expected);
+}
+
+TEST_F(AlignedIngest, TheFieldOfATrainedMapAlignsAScan) {
+  train(map_);
+  const Eigen::Isometry3d T = pose({0.5, -0.5, 1.5}, 20.0), error = pose({0.1, 0.1, 0.05}, 1.0);
+  const AlignedIngestReport report =
+      ingest_one(write("shifted.ply", scan(T, 30, error)), {}, "field");
+  ASSERT_TRUE(report.accepted()) << report.alignments[0].reason;
+  expect_true_pose(report.alignments[0], T, error);
+  EXPECT_TRUE(map_.points().sources()[2].alignment.starts_with("method=field T_map_nominal="));
 }
 
 TEST_F(AlignedIngest, TheSameScanAgainIsKnownBeforeItIsRegistered) {
