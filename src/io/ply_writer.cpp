@@ -45,6 +45,7 @@ class NamelessFile {
   NamelessFile& operator=(const NamelessFile&) = delete;
 
   void write(std::span<const std::byte> bytes) {
+    if (bytes.empty()) return;  // fwrite wants a place to read from all the same
     if (std::fwrite(bytes.data(), 1, bytes.size(), file_) != bytes.size()) fail("cannot write");
   }
   void append_to(AtomicFile& out) {
