@@ -1,4 +1,5 @@
 // The vector kernels against the reference in double precision, on every instruction set.
+#include <algorithm>
 #include <cmath>
 #include <random>
 
@@ -148,11 +149,13 @@ TEST_P(EveryInstructionSet, GradientIsTheDerivativeOfTheDistance) {
     const FieldSample sample = field.at(p);
     if (sample.status > FieldStatus::kCoarse) continue;
     if (++num_checked > 2000) break;
+    // The Gaussians are drawn at random: slopes of 20 are among them.
+    const double tolerance = 1e-3 * std::max(1.0, sample.gradient.norm());
     for (int a = 0; a < 3; ++a) {
       const Vector3 step = kStep * Vector3::Unit(a);
       const double difference =
           (reference.at(p + step).distance - reference.at(p - step).distance) / (2.0 * kStep);
-      ASSERT_NEAR(difference, sample.gradient[a], 1e-3) << p.transpose();
+      ASSERT_NEAR(difference, sample.gradient[a], tolerance) << p.transpose();
     }
   }
   EXPECT_GT(num_checked, 2000);
