@@ -21,6 +21,13 @@ int packets_per_side(const TrainingGrid& grid) {
   return (kCubesPerTileAxis * grid.per_edge + 2 * grid.margin) / kPacket;
 }
 
+/// Places of the packets of a tile in Morton order.
+const std::vector<std::array<int, 3>>& packets_of_tile(const TrainingGrid& grid) {
+  static const auto populated = morton_ordered_grid(packets_per_side(kPopulatedGrid));
+  static const auto empty = morton_ordered_grid(packets_per_side(kEmptyGrid));
+  return grid == kPopulatedGrid ? populated : empty;
+}
+
 /// Of a sample within its packet.
 std::size_t place_in_packet(int x, int y, int z) {
   return static_cast<std::size_t>((x * kPacket + y) * kPacket + z);
@@ -42,7 +49,7 @@ std::size_t GridTargets::packet_index(int x, int y, int z) const {
 
 void GridTargets::select_packets(std::span<const int> cubes) {
   const int per_edge = grid_.per_edge / kPacket;
-  const auto places = morton_ordered_grid(packets_per_side(grid_));
+  const auto& places = packets_of_tile(grid_);
   const auto of_cube = morton_ordered_grid(grid_.per_axis() / kPacket);
   constexpr int kNotNeeded = -1, kNeeded = 0;
   slots_.assign(places.size(), kNotNeeded);
