@@ -48,8 +48,8 @@ double operations_of_a_step(const TrainingGrid& grid, double K) {
   const double normal_matrix = K * (K + 1.0) / 2.0 * pair + K * 3.0 * kKinds * n;
   const double gradient = K * (2.0 * n * n * n + 4.0 * n * n + kParameters * n);
   const double factor_and_solve = rows * rows * rows / 6.0 + rows * rows;
-  const double prediction = rows * rows / 2.0;
-  return basis + model + normal_matrix + gradient + factor_and_solve + prediction;
+  const double damping_and_prediction = 1.5 * rows * rows;
+  return basis + model + normal_matrix + gradient + factor_and_solve + damping_and_prediction;
 }
 
 /// As fast as the core goes: independent fused multiply-adds in registers, and nothing else.

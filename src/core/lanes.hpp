@@ -2,9 +2,9 @@
 
 // Short vectors, one independent computation per lane, for .cpp files that are compiled once per
 // instruction set. Every operation is exact IEEE arithmetic of its lane alone, with explicit fused
-// multiply-add, so that a lane's result is the same for every width and instruction set. The one
-// exception is store_sums(), which adds up lanes in an order of its own and is nothing for what
-// must be the same everywhere.
+// multiply-add, so that a lane's result is the same for every width and instruction set. smallest()
+// and largest() cross lanes, but no order changes them; store_sums() adds lanes up in an order of
+// its own and is nothing for what must be the same everywhere.
 //
 // Everything here has internal linkage: a function that leaked out of a file compiled for AVX-512
 // could be the copy that the linker keeps for all.
