@@ -1,5 +1,7 @@
 #pragma once
 
+#include <algorithm>
+
 #include <gdfmap/core/instruction_set.hpp>
 #include <gdfmap/edt/sample_lattice.hpp>
 
@@ -42,7 +44,8 @@ constexpr int matrix_index(int row, int column) {
 /// Atoms of pursuit along one axis, and what every tensor product of three of them needs.
 template <typename Scalar>
 struct PursuitDictionary {
-  static constexpr int kMaxAtoms = 16, kMaxSamples = kPopulatedGrid.per_axis();
+  static constexpr int kMaxAtoms = 16;
+  static constexpr int kMaxSamples = std::max(kPopulatedGrid.per_axis(), kEmptyGrid.per_axis());
   int num_atoms = 0;
   Scalar mean[kMaxAtoms], log_sigma[kMaxAtoms];
   Scalar value[kMaxAtoms][kMaxSamples];

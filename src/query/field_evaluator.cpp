@@ -76,11 +76,9 @@ void FieldPacket<Number>::add(const Vector3& p, std::uint32_t index) {
   indices[place] = index;
   for (std::size_t level = 0; level < plan.num_levels; ++level) {
     for (std::size_t a = 0; a < 3; ++a) {
-      const auto along = static_cast<Eigen::Index>(a);
-      const double corner =
-          static_cast<double>(BlendZone::first_cube(plan.zones[level].half_cubes[a])) *
-          plan.levels[level].edge;
-      const auto p_local = static_cast<Number>(p[along] - corner);
+      const auto p_local = static_cast<Number>(BlendZone::p_local(plan.zones[level].half_cubes[a],
+                                                                  p[static_cast<Eigen::Index>(a)],
+                                                                  plan.levels[level].edge));
       if (place == 0) {
         std::ranges::fill(points.p_local[level][a], p_local);
       } else {

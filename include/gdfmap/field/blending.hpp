@@ -27,6 +27,11 @@ struct BlendZone {
   [[nodiscard]] static std::size_t num_cubes(std::int64_t half_cube) {
     return half_cube % 2 == 0 ? 2 : 1;
   }
+  /// A coordinate from the lower face of the first of them.
+  /// @param edge  of a cube, in the same unit
+  [[nodiscard]] static double p_local(std::int64_t half_cube, double along_axis, double edge) {
+    return along_axis - static_cast<double>(first_cube(half_cube)) * edge;
+  }
   [[nodiscard]] bool operator==(const BlendZone& other) const {
     return level == other.level && half_cubes[0] == other.half_cubes[0] &&
            half_cubes[1] == other.half_cubes[1] && half_cubes[2] == other.half_cubes[2];
@@ -72,14 +77,10 @@ class BlendZones {
   [[nodiscard]] std::int64_t half_cube(double along_axis) const {
     return half_cube_of(along_axis * cubes_per_metre_);
   }
-  /// A coordinate from the lower face of the first of its zone's cubes, metres.
-  [[nodiscard]] double p_local(std::int64_t half_cube, double along_axis) const {
-    return along_axis - static_cast<double>(BlendZone::first_cube(half_cube)) * edge_;
-  }
   /// The cubes of a coordinate's zone with their weights there.
   [[nodiscard]] AxisBlend<double> blend(std::int64_t half_cube, double along_axis) const {
-    return axis_blend(BlendZone::num_cubes(half_cube), p_local(half_cube, along_axis), edge_,
-                      margin_);
+    return axis_blend(BlendZone::num_cubes(half_cube),
+                      BlendZone::p_local(half_cube, along_axis, edge_), edge_, margin_);
   }
 
  private:
