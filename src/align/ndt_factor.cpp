@@ -17,8 +17,8 @@ struct PointModel {
   Eigen::Matrix3d hessian = Eigen::Matrix3d::Zero();
 };
 
-/// exp(−30) = 1e-13 of what a cell gives at its mean: most neighbours of a point are flat cells that
-/// lie farther off, and take no exponential.
+/// exp(−30) = 1e-13 of what a cell gives at its mean: most neighbours of a point are flat cells
+/// that lie farther off, and take no exponential.
 constexpr double kMostExponent = 30.0;
 
 void add_cell(const NdtCell& cell, const Vector3& p, const NdtConstants& k, PointModel& model) {

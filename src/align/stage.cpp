@@ -34,18 +34,29 @@ SurfaceResidual surface_residual(Residual residual) {
   }
 }
 
+bool uses_field(const Stage& stage) {
+  return stage.residual == Residual::kField || stage.residual == Residual::kTwoSidedField;
+}
+
 /// What a stage's lengths are in, metres: voxels, or cubes of a field, whose errors grow with them.
 double unit_of(const Stage& stage, const MapWindow& target, const RegistrationOptions& options) {
-  return stage.residual == Residual::kField ? target.field()->geometry().cube_size : options.voxel;
+  return uses_field(stage) ? target.field()->geometry().cube_size : options.voxel;
 }
 
 std::unique_ptr<Factor> make_field_factor(const Stage& stage, const MapWindow& target,
-                                          const std::vector<Vector3>& source,
+                                          const SurfaceCloud& source,
                                           const RegistrationOptions& options) {
-  return std::make_unique<FieldFactor>(
+  const double unit = unit_of(stage, target, options), max_distance = stage.max_distance * unit;
+  const int threads = RunContext{options.num_threads}.threads();
+  if (stage.residual == Residual::kField) {
+    return std::make_unique<FieldFactor>(*target.field(), target.origin_world(), source.points(),
+                                         FieldFactor::Options{max_distance, threads});
+  }
+  constexpr double kMinHalfWidth = 0.15, kMaxHalfWidth = 0.45;
+  return std::make_unique<TwoSidedFieldFactor>(
       *target.field(), target.origin_world(), source,
-      FieldFactor::Options{stage.max_distance * unit_of(stage, target, options),
-                           RunContext{options.num_threads}.threads()});
+      TwoSidedFieldFactor::Options{kMinHalfWidth * unit, kMaxHalfWidth * unit, max_distance,
+                                   threads});
 }
 
 std::unique_ptr<Factor> make_factor(const Stage& stage, const MapWindow& target,
@@ -56,9 +67,7 @@ std::unique_ptr<Factor> make_factor(const Stage& stage, const MapWindow& target,
     return std::make_unique<NdtFactor>(cells, scan.points(),
                                        NdtFactor::Options{stage.neighborhood, threads});
   }
-  if (stage.residual == Residual::kField) {
-    return make_field_factor(stage, target, scan.points(), options);
-  }
+  if (uses_field(stage)) return make_field_factor(stage, target, scan, options);
   const double max_distance =
       options.max_distance > 0.0 ? options.max_distance : stage.max_distance * options.voxel;
   return std::make_unique<SurfaceFactor>(
@@ -74,7 +83,7 @@ Stage gradicp_stage() {
 
 StageResult run_stage(const Stage& stage, const MapWindow& target, const Scan& source,
                       const Eigen::Isometry3d& T, const RegistrationOptions& options) {
-  if (stage.residual == Residual::kField && target.field() == nullptr) {
+  if (uses_field(stage) && target.field() == nullptr) {
     throw Error(ErrorCode::kUsage,
                 "the target has no distance field; `field` wants a map that is trained");
   }

@@ -4,11 +4,11 @@
 
 namespace gdfmap {
 
-enum class Residual { kPoint, kPlane, kGicp, kNdt, kField };
+enum class Residual { kPoint, kPlane, kGicp, kNdt, kField, kTwoSidedField };
 enum class Optimizer { kGaussNewton, kLevenbergMarquardt, kGradLm, kNewton };
 
-/// One minimisation of a method. Lengths are in voxels of RegistrationOptions; those of kField but
-/// for `voxel` in cubes of the map.
+/// One minimisation of a method. Lengths are in voxels of RegistrationOptions; those of fields
+/// but for `voxel` in cubes of the map.
 struct Stage {
   Residual residual;
   Optimizer optimizer;
