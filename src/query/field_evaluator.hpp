@@ -105,7 +105,7 @@ void FieldEvaluator::many(std::span<const Vector3> points_world,
     answers.expect(index);
     const Vector3& p_world = points_world[index];
     const FieldPacket<Number>* const last = count > 0 ? &packets[count - 1] : nullptr;
-    const bool goes_on = last != nullptr && planner_.holds(last->plan, p_world, order[i].same_zone);
+    const bool goes_on = last != nullptr && planner_.holds(last->plan, p_world, order[i].zone);
     if (!goes_on || last->is_full()) {
       if (count == kGroupSize || planner_.holds_many_tiles()) finish();
       start(packets[count], goes_on && count > 0 ? last : nullptr, p_world);

@@ -213,6 +213,13 @@ struct FieldArithmetic {
   template <bool kGradient>
   static GaussianSums<Lanes> sum_one_by_one(const KernelCube& cube, const Lanes (&p)[3],
                                             std::size_t num_points) {
+    if (num_points == 1) {
+      // All lanes hold the point. Its sums do not pass through memory number by number, for which
+      // a load of them all would wait.
+      Number of_point[4];
+      sum_over_gaussians<kGradient>(cube, p, of_point);
+      return {Lanes(of_point[0]), Lanes(of_point[1]), Lanes(of_point[2]), Lanes(of_point[3])};
+    }
     alignas(32) Number p_local[3][kWidth];
     for (int a = 0; a < 3; ++a) p[a].store(p_local[a]);
     alignas(32) Number sums[4][kWidth] = {};

@@ -25,9 +25,9 @@ FieldPlanner::Found FieldPlanner::find(const CubeKey& key) {
           cached.tile->find_served(cube_index_in_tile(key))};
 }
 
-bool FieldPlanner::holds(const FieldPlan& plan, const Vector3& p_world, bool same_zone) const {
-  if (plan.num_levels == 0) return false;
-  for (std::size_t level = same_zone ? 1 : 0; level < plan.num_levels; ++level) {
+bool FieldPlanner::holds(const FieldPlan& plan, const Vector3& p_world, ZoneChange zone_0) const {
+  if (plan.num_levels == 0 || zone_0 == ZoneChange::kOther) return false;
+  for (std::size_t level = zone_0 == ZoneChange::kNone ? 1 : 0; level < plan.num_levels; ++level) {
     const std::optional<BlendZone> zone = model_.zones[level].zone_of(p_world);
     if (!zone || !(*zone == plan.zones[level])) return false;
   }

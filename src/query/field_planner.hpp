@@ -8,6 +8,7 @@
 
 #include "field_kernels.hpp"
 #include "field_model.hpp"
+#include "locality_order.hpp"
 #include "tile_cursor.hpp"
 
 namespace gdfmap {
@@ -46,8 +47,8 @@ class FieldPlanner {
   /// holds_many_tiles() says so.
   void make_plan(const Vector3& p_world, FieldPlan& plan);
   /// The plan is that of this point as well.
-  /// @param same_zone  the point is known to lie in the plan's zone of level 0
-  [[nodiscard]] bool holds(const FieldPlan& plan, const Vector3& p_world, bool same_zone) const;
+  /// @param zone_0  how the point's zone of level 0 differs from the plan's
+  [[nodiscard]] bool holds(const FieldPlan& plan, const Vector3& p_world, ZoneChange zone_0) const;
 
   /// Looks up every tile that an answer at this point may want, on all levels.
   void request_tiles(const Vector3& p_world);

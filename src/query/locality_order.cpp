@@ -86,11 +86,14 @@ std::vector<OrderedPoint> locality_order(std::span<const Vector3> points_world,
   }
   const bool tells_zones = are_unique && dropped == 0;
   std::vector<OrderedPoint> order(entries.size());
-  std::uint64_t last = 0;
+  std::uint64_t last = ~entries[0];
   for (std::size_t i = 0; i < entries.size(); ++i) {
     constexpr std::uint32_t kIndexMask = kMaxOrdered - 1;
-    const bool same_zone = tells_zones && i > 0 && (entries[i] ^ last) >> kIndexBits == 0;
-    order[i] = {static_cast<std::uint32_t>(entries[i]) & kIndexMask, same_zone};
+    const bool same_code = (entries[i] ^ last) >> kIndexBits == 0;
+    order[i] = {static_cast<std::uint32_t>(entries[i]) & kIndexMask,
+                !tells_zones ? ZoneChange::kUnknown
+                : same_code  ? ZoneChange::kNone
+                             : ZoneChange::kOther};
     last = entries[i];
   }
   return order;

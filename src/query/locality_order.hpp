@@ -13,11 +13,13 @@ namespace gdfmap {
 /// Most points that are ordered at a time.
 inline constexpr std::size_t kMaxOrdered = std::size_t{1} << 20;
 
+/// Whether a point shares the zone of level 0 of the point before it.
+enum class ZoneChange : std::uint8_t { kUnknown, kNone, kOther };
+
 /// A point in an order.
 struct OrderedPoint {
-  std::uint32_t index : 31;
-  /// It shares the zone of level 0 of the point before it. Where that is not known, false.
-  std::uint32_t same_zone : 1;
+  std::uint32_t index;
+  ZoneChange zone;
 };
 
 /// At most kMaxOrdered points, neighbours in space near each other: in Morton order of their zones

@@ -37,7 +37,9 @@ TEST_P(LocalityOrder, HasThePointsOfAZoneInARowAndSaysSo) {
   for (const OrderedPoint& point : order) {
     EXPECT_FALSE(is_there[point.index]);
     is_there[point.index] = true;
-    if (!point.same_zone) ++num_rows[kZones.zone_of(points[point.index])->half_cubes];
+    EXPECT_NE(point.zone, ZoneChange::kUnknown);
+    if (point.zone == ZoneChange::kOther)
+      ++num_rows[kZones.zone_of(points[point.index])->half_cubes];
   }
   EXPECT_GT(num_rows.size(), 4000u);
   for (const auto& [zone, count] : num_rows) EXPECT_EQ(count, 1);
@@ -51,12 +53,15 @@ INSTANTIATE_TEST_SUITE_P(, LocalityOrder,
 TEST(LocalityOrderOfOddPoints, DoesNotSayWhatItDoesNotKnow) {
   std::vector<Vector3> points = cloud_around({0, 0, 0});
   points.emplace_back(std::numeric_limits<double>::quiet_NaN(), 0, 0);
-  for (const OrderedPoint& point : locality_order(points, kZones)) EXPECT_FALSE(point.same_zone);
+  for (const OrderedPoint& point : locality_order(points, kZones)) {
+    EXPECT_EQ(point.zone, ZoneChange::kUnknown);
+  }
   points.back() = {1e8, 0, 0};
   const std::vector<OrderedPoint> order = locality_order(points, kZones);
   for (std::size_t i = 1; i < order.size(); ++i) {
-    if (!order[i].same_zone) continue;
-    EXPECT_EQ(kZones.zone_of(points[order[i].index]), kZones.zone_of(points[order[i - 1].index]));
+    if (order[i].zone == ZoneChange::kUnknown) continue;
+    EXPECT_EQ(order[i].zone == ZoneChange::kNone,
+              kZones.zone_of(points[order[i].index]) == kZones.zone_of(points[order[i - 1].index]));
   }
   EXPECT_TRUE(locality_order({}, kZones).empty());
 }
