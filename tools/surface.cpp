@@ -1,4 +1,5 @@
 #include <memory>
+#include <optional>
 #include <string>
 
 #include <CLI/CLI.hpp>
@@ -20,7 +21,8 @@ namespace {
 constexpr Help kHelp = {
     "surface", "Write the surface of a map as points or as a mesh",
     "Samples the field on a regular lattice. --points, the default, writes the samples that are "
-    "within --threshold of the surface. --mesh writes triangles around those, moved onto the "
+    "within --threshold of the surface, the errors that cubes state allowed for. --mesh writes "
+    "triangles around those, moved onto the "
     "surface: a closed sheet with two sides, since the field does not tell inside from outside.",
     "  gdfmap surface city.gdfmap points.ply\n"
     "  gdfmap surface city.gdfmap points.ply --project --region 0,0,-5,100,100,50\n"
@@ -31,6 +33,7 @@ struct Options {
   CommonOptions common;
   std::string path, out;
   SurfacePointsOptions points;  ///< the range and threshold of a mesh too
+  std::optional<double> sigmas;
   std::string region;
   std::string config;
   bool is_points = false, mesh = false, shell = false;
@@ -44,6 +47,7 @@ void read_configuration(Options& options, const RunContext& context) {
   options.out = configuration.output;
   options.points.threshold = configuration.threshold;
   options.points.range = configuration.range();
+  options.points.sigmas = 0.0;  // as the ancestor has it
 }
 
 SurfaceReport write_surface(const Options& options, const RunContext& context) {
@@ -90,6 +94,7 @@ void run(Options options) {
   } else if (!options.region.empty()) {
     options.points.range.region = parse_box(options.region, "--region");
   }
+  options.points.sigmas = options.sigmas.value_or(options.points.sigmas);
   const SurfaceReport report = write_surface(options, session.context());
   if (session.json()) {
     session.print_json(report_json(report, options, session.seconds()));
@@ -141,6 +146,10 @@ Command add_surface(CLI::App& program) {
   app->add_flag("--shell", options->shell,
                 "Leave the mesh at the threshold, on both sides of the surface")
       ->needs(mesh);
+  add_number(*app, "--sigmas", options->sigmas, "N", {0.0, 1e3},
+             "Standard deviations of the stated errors by which points must be nearer than the "
+             "threshold, up to a third of it; 0 is the distance alone; default 1, with --config 0")
+      ->excludes(mesh);
   add_common_options(*app, options->common, kThreads | kMemory | kProgress | kJson);
   return {app, [options] { run(*options); }};
 }

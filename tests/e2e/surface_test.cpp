@@ -65,8 +65,10 @@ TEST_F(Surface, TakesTheAncestorsConfiguration) {
   ASSERT_TRUE(exits_with(0, result));
   EXPECT_NE(result.err.find("blending.margin has no effect"), std::string::npos);
   EXPECT_TRUE(exits_with(0, gdfmap({"surface", path("a.bin"), path("s.ply"), "--threshold", "0.1",
-                                    "--resolution", "0.05"})));
+                                    "--resolution", "0.05", "--sigmas", "0"})));
   EXPECT_TRUE(read_file(path("r.ply")) == read_file(path("s.ply")));
+  EXPECT_TRUE(exits_with(0, gdfmap({"surface", "-c", path("r.yaml"), "--sigmas", "1"})));
+  EXPECT_LT(read_ply(path("r.ply")).num_vertices(), read_ply(path("s.ply")).num_vertices());
 }
 
 TEST_F(Surface, RefusesWhatItCannotDoAndLeavesNothing) {

@@ -51,7 +51,9 @@ class SurfacePointsTest : public testing::Test {
 };
 
 TEST_F(SurfacePointsTest, AreTheSamplesWithinTheThreshold) {
-  const test::PlyFile file = points(at(0.05));
+  SurfacePointsOptions options = at(0.05);
+  options.sigmas = 0.0;
+  const test::PlyFile file = points(options);
   EXPECT_EQ(file.properties, (std::vector<std::string>{"x", "y", "z", "distance"}));
   ASSERT_EQ(file.num_vertices(), report_.num_vertices);
   // A shell of twice the threshold, and the error of the field on either side.
@@ -69,24 +71,34 @@ TEST_F(SurfacePointsTest, AreTheSamplesWithinTheThreshold) {
 }
 
 TEST_F(SurfacePointsTest, LeaveNoSampleOutAndHaveNoneTwice) {
-  const test::PlyFile file = points(at(0.05));
-  std::set<std::array<double, 3>> written;
-  for (const Vector3& p : file.positions()) written.insert({p.x(), p.y(), p.z()});
-  EXPECT_EQ(written.size(), file.num_vertices());
-  const DistanceField field(open_tile_source(*directory_ / "sphere.gdfmap"));
-  std::size_t num_found = 0;
-  for (int x = -25; x <= 25; ++x) {
-    for (int y = -25; y <= 25; ++y) {
-      for (int z = -25; z <= 25; ++z) {
-        const double distance = field.at({0.05 * x, 0.05 * y, 0.05 * z}).distance;
-        if (std::abs(distance) < 0.05 - 1e-4) {
-          ++num_found;
-          EXPECT_TRUE(written.contains({0.05 * x, 0.05 * y, 0.05 * z}));
+  SurfacePointsOptions options = at(0.05);
+  for (const double sigmas : {0.0, 1.0, 2.0, 10.0}) {
+    options.sigmas = sigmas;
+    const test::PlyFile file = points(options);
+    std::set<std::array<double, 3>> written;
+    for (const Vector3& p : file.positions()) written.insert({p.x(), p.y(), p.z()});
+    EXPECT_EQ(written.size(), file.num_vertices());
+    const DistanceField field(open_tile_source(*directory_ / "sphere.gdfmap"));
+    std::size_t num_found = 0;
+    for (int x = -25; x <= 25; ++x) {
+      for (int y = -25; y <= 25; ++y) {
+        for (int z = -25; z <= 25; ++z) {
+          const FieldSample sample = field.at({0.05 * x, 0.05 * y, 0.05 * z});
+          // The standard deviation of normal errors; a third of the threshold at most.
+          const double sigma = std::sqrt(M_PI / 2.0) * sample.expected_error;
+          const double counted = std::abs(sample.distance) + std::min(sigmas * sigma, 0.05 / 3.0);
+          const bool is_written = written.contains({0.05 * x, 0.05 * y, 0.05 * z});
+          if (counted < 0.05 - 1e-4) {
+            ++num_found;
+            EXPECT_TRUE(is_written);
+          } else if (counted > 0.05 + 1e-4) {
+            EXPECT_FALSE(is_written);
+          }
         }
       }
     }
+    EXPECT_GT(num_found, file.num_vertices() * 9 / 10) << sigmas;
   }
-  EXPECT_GT(num_found, file.num_vertices() * 9 / 10);
 }
 
 TEST_F(SurfacePointsTest, ProjectedOnesLieOnTheSphereWithItsNormals) {
@@ -194,16 +206,26 @@ TEST_F(SurfacePointsTest, RefuseWhatCannotBeMeant) {
   options = {};
   options.range.max_mae = -1.0;
   refuses(options);
+  for (const double sigmas : {-1.0, std::nan("")}) {
+    options = {};
+    options.sigmas = sigmas;
+    refuses(options);
+  }
 }
 
-/// A field of 1 m cubes rounds the valley at a surface over some 5 cm, which is as far as these
-/// bars reach: they want cubes of a quarter of that.
-TEST(SurfacePointsOfAScan, CoverItAndLieOnIt) {
+/// A map of a scanned room: the edge of its cubes, and how far projected points may be from it on
+/// average. A field of 1 m cubes rounds the valley at a surface over some 5 cm.
+struct ScanMap {
+  double cube_size, projected;
+};
+class SurfacePointsOfAScan : public testing::TestWithParam<ScanMap> {};
+
+TEST_P(SurfacePointsOfAScan, CoverItAndLieOnIt) {
   const std::filesystem::path cloud =
       std::filesystem::path(GDFMAP_SHARED_DATA) / "hancock_room_crop.ply";
   if (!std::filesystem::exists(cloud)) GTEST_SKIP() << cloud << " is not there";
   const test::TemporaryDirectory directory;
-  Map map = open_or_create_map(directory / "room.gdfmap", {0.25, 1});
+  Map map = open_or_create_map(directory / "room.gdfmap", {GetParam().cube_size, 1});
   ingest(cloud, map);
   train(map);
   std::vector<Vector3> scan(1'000'000);
@@ -235,11 +257,15 @@ TEST(SurfacePointsOfAScan, CoverItAndLieOnIt) {
   });
   EXPECT_GE(within, 0.95);
   EXPECT_GE(covered, 0.95);
-  EXPECT_LE(projected, 0.015);
+  EXPECT_LE(projected, GetParam().projected);
   RecordProperty("within_5_cm", std::to_string(within));
   RecordProperty("covered_to_6_cm", std::to_string(covered));
   RecordProperty("mean_projected_m", std::to_string(projected));
 }
+
+INSTANTIATE_TEST_SUITE_P(, SurfacePointsOfAScan,
+                         testing::Values(ScanMap{1.0, 0.02}, ScanMap{0.5, 0.015}),
+                         [](const auto& map) { return map.index == 0 ? "Metres" : "HalfMetres"; });
 
 }  // namespace
 }  // namespace gdfmap

@@ -23,8 +23,14 @@ struct SurfaceRange {
 
 struct SurfacePointsOptions {
   SurfaceRange range;
-  double threshold = 0.05;  ///< metres: samples where |distance| is less; at most a cube's edge
-  bool project = false;     ///< move them onto the surface
+  double threshold = 0.05;  ///< metres, at most a cube's edge
+  /// A sample is taken where |distance| and this many standard deviations of the error that its
+  /// cubes state are together less than the threshold, so that most samples lie as near to the
+  /// surface as is asked for. At most kMaxErrorShare of the threshold is given up for that. 0: the
+  /// distance alone decides.
+  double sigmas = 1.0;
+  static constexpr double kMaxErrorShare = 1.0 / 3.0;
+  bool project = false;  ///< move them onto the surface
 };
 
 struct SurfaceMeshOptions {

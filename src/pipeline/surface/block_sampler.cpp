@@ -1,6 +1,7 @@
 #include "block_sampler.hpp"
 
 #include <algorithm>
+#include <cmath>
 #include <limits>
 #include <utility>
 
@@ -20,6 +21,7 @@ std::size_t BlockSampler::sample(const SampleBox& box) {
   values_.resize(plane() * box_.size(2));
   std::fill_n(values_.data(), plane() * box_.size(2), 0.0f);
   is_complete_ = true;
+  if (wanted_ == Wanted::kValuesAndErrors) errors_.assign(plane() * box_.size(2), 0.0f);
   cubes.for_each(
       [this](const CubeKey& key, const Neighbourhood::Cube* cube) { add_cube(key, cube); });
   normalise();
@@ -80,9 +82,13 @@ std::vector<SampleBox> BlockSampler::domain_parts(const Neighbourhood& cubes) {
 void BlockSampler::add_cube(const CubeKey& key, const Neighbourhood::Cube* cube) {
   if (!find_shares(key)) return;
   if (cube == nullptr) {
-    add_missing();
-  } else {
-    add_gaussians(rows_.fill(cube->kernel));
+    if (std::exchange(is_complete_, false)) missing_.assign(plane() * box_.size(2), 0.0f);
+    add_shares(1.0f, missing_);
+    return;
+  }
+  add_gaussians(rows_.fill(cube->kernel));
+  if (wanted_ == Wanted::kValuesAndErrors && std::isfinite(cube->mae)) {
+    add_shares(static_cast<float>(cube->mae), errors_);
   }
 }
 
@@ -137,13 +143,12 @@ void BlockSampler::add_gaussians(const GaussianRows& rows) {
                             values_.data(), row_stride_, plane()});
 }
 
-void BlockSampler::add_missing() {
-  if (std::exchange(is_complete_, false)) missing_.assign(plane() * box_.size(2), 0.0f);
+void BlockSampler::add_shares(float factor, std::vector<float>& sums) const {
   const auto& [x, y, z] = shares_;
   for (std::size_t k = z.begin; k < z.end; ++k) {
     for (std::size_t j = y.begin; j < y.end; ++j) {
-      const float share = z.share.data()[k] * y.share.data()[j];
-      float* const row = missing_.data() + k * plane() + j * row_stride_;
+      const float share = factor * z.share.data()[k] * y.share.data()[j];
+      float* const row = sums.data() + k * plane() + j * row_stride_;
       for (std::size_t i = x.begin; i < x.end; ++i) row[i] += share * x.share.data()[i];
     }
   }
@@ -152,7 +157,9 @@ void BlockSampler::add_missing() {
 void BlockSampler::normalise() {
   if (is_complete_) return;
   for (std::size_t i = 0; i < missing_.size(); ++i) {
-    if (missing_[i] > 0.0f) values_.data()[i] /= 1.0f - missing_[i];
+    if (!(missing_[i] > 0.0f)) continue;
+    values_.data()[i] /= 1.0f - missing_[i];
+    if (wanted_ == Wanted::kValuesAndErrors) errors_[i] /= 1.0f - missing_[i];
   }
 }
 

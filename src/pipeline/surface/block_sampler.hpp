@@ -33,7 +33,9 @@ class BlockSampler {
   /// The value of a sample outside the domain, or of a cube that gives none.
   static constexpr float kOutside = std::numeric_limits<float>::infinity();
 
-  explicit BlockSampler(const FieldOnGrid& field) : field_(field) {}
+  enum class Wanted { kValues, kValuesAndErrors };
+  explicit BlockSampler(const FieldOnGrid& field, Wanted wanted = Wanted::kValues)
+      : field_(field), wanted_(wanted) {}
 
   /// Samples `box`, at most kMaxSide + 1 along an axis. Returns how many are in the domain.
   std::size_t sample(const SampleBox& box);
@@ -42,6 +44,11 @@ class BlockSampler {
   /// Of the last sample(): the values of a row along x.
   [[nodiscard]] const float* row(std::size_t y, std::size_t z) const {
     return values_.data() + z * plane() + y * row_stride_;
+  }
+  /// Likewise the mean absolute errors that cubes state, blended as values are, metres; those that
+  /// are not known count as none. Only where they are wanted.
+  [[nodiscard]] const float* errors(std::size_t y, std::size_t z) const {
+    return errors_.data() + z * plane() + y * row_stride_;
   }
   /// Cubes in the domain that the block passed over for their error.
   [[nodiscard]] const std::vector<CubeKey>& poor_cubes() const { return poor_cubes_; }
@@ -67,11 +74,13 @@ class BlockSampler {
   void add_cube(const CubeKey& key, const Neighbourhood::Cube* cube);
   [[nodiscard]] bool find_shares(const CubeKey& key);
   void add_gaussians(const GaussianRows& rows);
-  void add_missing();
+  /// Adds the cube's share of each sample, `factor` times.
+  void add_shares(float factor, std::vector<float>& sums) const;
   void normalise();
   void keep(const std::vector<SampleBox>& parts);
 
   const FieldOnGrid& field_;
+  Wanted wanted_;
   SampleBox box_;
   std::size_t row_stride_ = 0;
   std::array<Axis, 3> axes_;
@@ -82,6 +91,7 @@ class BlockSampler {
   AlignedFloats values_;
   bool is_complete_ = true;     ///< no cube that shares a sample is missing
   std::vector<float> missing_;  ///< share of missing cubes, laid out as values_
+  std::vector<float> errors_;   ///< likewise
   std::vector<CubeKey> poor_cubes_;
 };
 

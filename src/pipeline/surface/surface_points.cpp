@@ -1,3 +1,4 @@
+#include <algorithm>
 #include <cmath>
 #include <memory>
 #include <vector>
@@ -21,6 +22,8 @@ using surface::ProjectedPoint;
 using surface::Projector;
 using surface::SampleBox;
 
+/// √(π/2): the standard deviation of normal errors, from their mean magnitude.
+constexpr double kSigmaPerMeanError = 1.2533141373155001;
 constexpr std::size_t kMaxBytesOfPoint = 3 * sizeof(double) + 5 * sizeof(float);
 
 PlyFormat format_of(bool project) {
@@ -45,7 +48,10 @@ struct BlockPoints {
 class PointFinder {
  public:
   PointFinder(const FieldOnGrid& field, const SurfacePointsOptions& options)
-      : grid_(field.domain.grid()), options_(options), sampler_(field), projector_(field) {}
+      : grid_(field.domain.grid()),
+        options_(options),
+        sampler_(field, BlockSampler::Wanted::kValuesAndErrors),
+        projector_(field) {}
 
   [[nodiscard]] BlockPoints find(const Block& block) {
     BlockPoints result;
@@ -68,13 +74,16 @@ class PointFinder {
   std::uint64_t add_row(std::size_t y, std::size_t z, ByteWriter& writer) {
     const SampleBox& box = sampler_.box();
     const float* const values = sampler_.row(y, z);
+    const float* const errors = sampler_.errors(y, z);
     const auto threshold = static_cast<float>(options_.threshold);
+    const auto sigmas = static_cast<float>(options_.sigmas * kSigmaPerMeanError);
+    const auto most = static_cast<float>(SurfacePointsOptions::kMaxErrorShare * options_.threshold);
     const auto position = [&](std::size_t axis, std::size_t i) {
       return grid_.position(box.begin[axis] + static_cast<std::int64_t>(i));
     };
     std::uint64_t count = 0;
     for (std::size_t x = 0; x < box.size(0); ++x) {
-      if (!(std::abs(values[x]) < threshold)) continue;
+      if (!(std::abs(values[x]) + std::min(sigmas * errors[x], most) < threshold)) continue;
       ++count;
       const Vector3 p(position(0, x), position(1, y), position(2, z));
       if (options_.project) {
@@ -114,6 +123,9 @@ SurfaceReport write_surface_points(const std::shared_ptr<TileSource>& source,
                                    const std::filesystem::path& path, const RunContext& context) {
   if (path.extension() != ".ply") {
     throw Error(ErrorCode::kUsage, path.string() + ": points of a surface are written as .ply");
+  }
+  if (!(options.sigmas >= 0.0 && std::isfinite(options.sigmas))) {
+    throw Error(ErrorCode::kUsage, "sigmas must be a number from 0");
   }
   surface::check_length("threshold", options.threshold, 0.0, source->geometry().cube_size);
   const surface::SurfaceField field(source, options.range, options.threshold, context);
