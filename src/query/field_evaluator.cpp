@@ -76,9 +76,8 @@ void FieldPacket<Number>::add(const Vector3& p, std::uint32_t index) {
   indices[place] = index;
   for (std::size_t level = 0; level < plan.num_levels; ++level) {
     for (std::size_t a = 0; a < 3; ++a) {
-      const auto p_local = static_cast<Number>(BlendZone::p_local(plan.zones[level].half_cubes[a],
-                                                                  p[static_cast<Eigen::Index>(a)],
-                                                                  plan.levels[level].edge));
+      const auto p_local =
+          static_cast<Number>(p[static_cast<Eigen::Index>(a)] - plan.corners[level][a]);
       if (place == 0) {
         std::ranges::fill(points.p_local[level][a], p_local);
       } else {
@@ -86,6 +85,18 @@ void FieldPacket<Number>::add(const Vector3& p, std::uint32_t index) {
       }
     }
   }
+}
+
+template <typename Number>
+bool FieldPacket<Number>::is_in_occupied_cube(std::size_t i) const {
+  if (plan.occupied == 0) return false;
+  const KernelLevel& level = plan.levels[0];
+  std::size_t cube = 0;
+  for (std::size_t a = 0; a < 3; ++a) {
+    const bool is_second = static_cast<double>(points.p_local[0][a][i]) >= level.edge;
+    cube = cube * level.counts[a] + (level.counts[a] == 2 && is_second ? 1 : 0);
+  }
+  return (plan.occupied >> cube & 1) != 0;
 }
 
 template <typename Number>
@@ -121,6 +132,10 @@ void FieldEvaluator::evaluate(const FieldPacket<Number>& packet, Wanted wanted,
   for (std::size_t i = 0; i < num_points; ++i) {
     samples[i] = sample_of(sums, i, status, wanted);
     if (packet.plan.is_whole) continue;
+    if (packet.is_in_occupied_cube(i)) {
+      samples[i].status = FieldStatus::kFar;
+      continue;
+    }
     const std::optional<FarBound> far = model_.occupancy.nearest(packet.p_world[i]);
     if (!far) {
       samples[i] = no_answer(FieldStatus::kUnknown);

@@ -19,6 +19,8 @@ struct FieldPacket {
 
   [[nodiscard]] bool is_full() const { return points.num_points == kPacketSize; }
   void add(const Vector3& p, std::uint32_t index);
+  /// Whether a point lies in a cube that holds points. False also where the plan is whole.
+  [[nodiscard]] bool is_in_occupied_cube(std::size_t i) const;
 };
 
 /// Answers queries of one thread, one by one or many together, with the same bits.

@@ -39,6 +39,7 @@ void FieldPlanner::make_plan(const Vector3& p_world, FieldPlan& plan) {
   plan.is_whole = false;
   plan.no_answer.reset();
   plan.only_tile.reset();
+  plan.occupied = 0;
   if (!model_.has_cubes) plan.no_answer = FieldStatus::kUnknown;
   const auto num_levels = static_cast<std::size_t>(model_.geometry.num_levels);
   while (plan.num_levels < num_levels && !plan.is_whole && !plan.no_answer) {
@@ -48,6 +49,17 @@ void FieldPlanner::make_plan(const Vector3& p_world, FieldPlan& plan) {
       plan.no_answer = FieldStatus::kUnknown;
     }
   }
+  if (!plan.is_whole && !plan.no_answer) plan.occupied = occupied_cubes(plan.zones[0]);
+}
+
+std::uint8_t FieldPlanner::occupied_cubes(const BlendZone& zone) const {
+  unsigned bits = 0, bit = 1;
+  visit_cubes(zone, [&](const CubeKey& key) {
+    const CubeMask* const cubes = model_.occupancy.find(tile_of(key));
+    if (cubes != nullptr && cubes->test(cube_index_in_tile(key))) bits |= bit;
+    bit <<= 1;
+  });
+  return static_cast<std::uint8_t>(bits);
 }
 
 void FieldPlanner::add_level(const BlendZone& zone, const Vector3& p_world, FieldPlan& plan) {
@@ -56,6 +68,8 @@ void FieldPlanner::add_level(const BlendZone& zone, const Vector3& p_world, Fiel
   level.margin = model_.zones[plan.num_levels].margin();
   for (std::size_t a = 0; a < 3; ++a) {
     level.counts[a] = static_cast<std::uint8_t>(BlendZone::num_cubes(zone.half_cubes[a]));
+    plan.corners[plan.num_levels][a] =
+        static_cast<double>(BlendZone::first_cube(zone.half_cubes[a])) * level.edge;
   }
   plan.zones[plan.num_levels++] = zone;
   plan.is_whole = true;
@@ -82,7 +96,7 @@ void FieldPlanner::consider(const TileKey& tile, const CachedTile& cached, const
   } else if (cached.availability == TileAvailability::kPending) {
     // Nothing ends here: all tiles that are needed shall be asked for.
     if (!plan.no_answer) plan.no_answer = FieldStatus::kPending;
-  } else if (tile.level == 0 && model_.occupancy.is_occupied(tile)) {
+  } else if (tile.level == 0 && model_.occupancy.find(tile) != nullptr) {
     // It holds points and waits for its cubes: nothing is known of what lies in it.
     plan.only_tile = own_tile(p_world);
     if (plan.only_tile == tile) plan.no_answer = FieldStatus::kUnknown;

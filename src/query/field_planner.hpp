@@ -2,6 +2,7 @@
 
 #include <array>
 #include <cstddef>
+#include <cstdint>
 #include <optional>
 
 #include <gdfmap/field/blending.hpp>
@@ -19,8 +20,13 @@ struct FieldPlan {
   std::size_t num_levels = 0;
   std::array<BlendZone, kMaxLevels> zones;
   std::array<KernelLevel, kMaxLevels> levels;
+  /// The minimum corner of the first cube of each level, metres.
+  std::array<std::array<double, 3>, kMaxLevels> corners;
   /// No cube of the last level is missing, so that nothing is left to the far bound.
   bool is_whole = false;
+  /// Unless it is whole: bit i is set when cube i of levels[0] holds points, where the far bound is
+  /// zero.
+  std::uint8_t occupied = 0;
   /// Answered instead, where nothing is known, or not yet.
   std::optional<FieldStatus> no_answer;
   /// Set when the plan is good for the points of this level-0 tile alone.
@@ -60,6 +66,7 @@ class FieldPlanner {
   static constexpr std::size_t kManyTiles = 8;
 
   void add_level(const BlendZone& zone, const Vector3& p_world, FieldPlan& plan);
+  [[nodiscard]] std::uint8_t occupied_cubes(const BlendZone& zone) const;
   /// Says in the plan what the state of a tile means for the points of this zone.
   void consider(const TileKey& tile, const CachedTile& cached, const Vector3& p_world,
                 FieldPlan& plan) const;

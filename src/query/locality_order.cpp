@@ -29,6 +29,22 @@ std::array<std::int64_t, 3> origin_of(std::span<const Vector3> points_world,
   return origin;
 }
 
+/// morton_code of coordinates below kTableSize by look-up: the region of most batches has no
+/// others.
+constexpr std::size_t kTableSize = 1024;
+constexpr auto kSpread = [] {
+  std::array<std::uint32_t, kTableSize> table{};
+  for (std::size_t i = 0; i < kTableSize; ++i) {
+    table[i] = static_cast<std::uint32_t>(spread_bits(i));
+  }
+  return table;
+}();
+
+std::uint64_t fast_morton_code(std::uint64_t x, std::uint64_t y, std::uint64_t z) {
+  if ((x | y | z) >= kTableSize) return morton_code(x, y, z);
+  return kSpread[x] | kSpread[y] << 1 | kSpread[z] << 2;
+}
+
 /// Fills in the Morton codes of the points' zones, from the low 21 bits of their coordinates: what
 /// lies 2²⁰ cubes apart then mixes, which only costs time. False when equal codes may be different
 /// zones.
@@ -48,7 +64,7 @@ bool code_zones(std::span<const Vector3> points_world, const BlendZones& zones,
     };
     const std::uint64_t x = from_origin(0), y = from_origin(1), z = from_origin(2);
     used |= x | y | z;
-    codes[i] = morton_code(x, y, z);
+    codes[i] = fast_morton_code(x, y, z);
   }
   return all_are_somewhere && used >> kCodedBits == 0;
 }

@@ -150,9 +150,9 @@ OccupancyIndex::OccupancyIndex(std::vector<OccupiedTile> tiles, double cube_size
   } while (boxes.size() > 1);
 }
 
-bool OccupancyIndex::is_occupied(const TileKey& tile) const {
+const CubeMask* OccupancyIndex::find(const TileKey& tile) const {
   const auto at = std::ranges::lower_bound(tiles_, tile, morton_order, &OccupiedTile::key);
-  return at != tiles_.end() && at->key == tile;
+  return at != tiles_.end() && at->key == tile ? &at->cubes : nullptr;
 }
 
 std::optional<FarBound> OccupancyIndex::nearest(const Vector3& p_world) const {

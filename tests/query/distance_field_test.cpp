@@ -9,6 +9,7 @@
 
 #include <gdfmap/core/error.hpp>
 #include <gdfmap/query/distance_field.hpp>
+#include <gdfmap/query/occupancy_index.hpp>
 
 #include "field_builder.hpp"
 
@@ -340,6 +341,40 @@ TEST(DistanceField, FarBoundInsideAnOccupiedBoxIsZeroWithoutDirection) {
   EXPECT_EQ(sample.status, FieldStatus::kFar);
   EXPECT_EQ(sample.distance, 0.0);
   EXPECT_EQ(sample.gradient, Vector3::Zero());
+}
+
+TEST(DistanceField, WhatCubesLeaveIsTheBoundFromTheNearestOccupiedCube) {
+  std::mt19937 random(23);
+  std::bernoulli_distribution half(0.5), quarter(0.25);
+  FieldBuilder ones({}), threes({});
+  for (std::int64_t i = 0; i < 125; ++i) {
+    const CubeKey key{0, 5 + i % 5, 5 + i / 5 % 5, 5 + i / 25};
+    if (half(random)) {
+      ones.add(key, constant_gaussians(1.0f));
+      threes.add(key, constant_gaussians(3.0f));
+    }
+    if (quarter(random)) {
+      ones.occupy(key);
+      threes.occupy(key);
+    }
+  }
+  const DistanceField one(ones.source(), kExact), three(threes.source(), kExact);
+  const OccupancyIndex occupancy(ones.source()->occupied(), 1.0);
+  std::uniform_real_distribution<double> around(4.0, 11.0);
+  int num_partly = 0, num_in_occupied = 0;
+  for (int i = 0; i < 5000; ++i) {
+    const Vector3 p(around(random), around(random), around(random));
+    const FieldSample sample = one.at(p);
+    if (sample.status == FieldStatus::kUnknown) continue;  // a tile with points, without cubes
+    const double weight = 0.5 * (three.at(p).distance - sample.distance);
+    const double bound = occupancy.nearest(p)->distance;
+    EXPECT_NEAR(sample.distance, weight + (1.0 - weight) * bound, 1e-6) << p.transpose();
+    if (weight < 1e-3 || weight > 0.999) continue;
+    ++num_partly;
+    if (bound == 0.0) ++num_in_occupied;
+  }
+  EXPECT_GT(num_partly, 500);
+  EXPECT_GT(num_in_occupied, 100);
 }
 
 TEST(DistanceField, KnowsNothingWithoutCubes) {

@@ -93,16 +93,19 @@ TEST(OccupancyIndex, KnowsWhichTilesAreOccupied) {
   std::vector<OccupiedTile> tiles = random_tiles(100, 5, random);
   tiles.push_back({{0, 40, 40, 40}, {}});  // no cube of it
   const OccupancyIndex index(tiles, 1.0);
-  for (std::size_t i = 0; i < 100; ++i) EXPECT_TRUE(index.is_occupied(tiles[i].key));
-  EXPECT_FALSE(index.is_occupied({0, 40, 40, 40}));
-  EXPECT_FALSE(index.is_occupied({0, 5, 5, 5}));
+  for (std::size_t i = 0; i < 100; ++i) {
+    ASSERT_NE(index.find(tiles[i].key), nullptr);
+    EXPECT_EQ(index.find(tiles[i].key)->words(), tiles[i].cubes.words());
+  }
+  EXPECT_EQ(index.find({0, 40, 40, 40}), nullptr);
+  EXPECT_EQ(index.find({0, 5, 5, 5}), nullptr);
 }
 
 TEST(OccupancyIndex, SaysNothingWithoutOccupiedCubes) {
   EXPECT_TRUE(OccupancyIndex({}, 1.0).empty());
   EXPECT_FALSE(OccupancyIndex({}, 1.0).nearest({1, 2, 3}).has_value());
   EXPECT_FALSE(OccupancyIndex({{{0, 1, 2, 3}, {}}}, 1.0).nearest({1, 2, 3}).has_value());
-  EXPECT_FALSE(OccupancyIndex({}, 1.0).is_occupied({}));
+  EXPECT_EQ(OccupancyIndex({}, 1.0).find({}), nullptr);
 }
 
 }  // namespace

@@ -26,8 +26,8 @@ class OccupancyIndex {
   OccupancyIndex(std::vector<OccupiedTile> tiles, double cube_size);
 
   [[nodiscard]] bool empty() const { return tiles_.empty(); }
-  /// Whether a level-0 tile holds points.
-  [[nodiscard]] bool is_occupied(const TileKey& tile) const;
+  /// The occupied cubes of a level-0 tile; null where there is none.
+  [[nodiscard]] const CubeMask* find(const TileKey& tile) const;
   /// Empty when no cube is occupied. @param p_world  finite
   [[nodiscard]] std::optional<FarBound> nearest(const Vector3& p_world) const;
 
