@@ -1,6 +1,10 @@
 #include <algorithm>
 #include <cmath>
+#include <iterator>
 #include <limits>
+#include <map>
+#include <optional>
+#include <set>
 #include <unordered_map>
 #include <utility>
 
@@ -108,8 +112,30 @@ struct ExactDistance::Impl {
     for (std::size_t i = 0; i < tiles.size(); ++i) tile_of_key.emplace(tiles[i].key, i);
   }
 
+  /// A part of a tile.
+  struct Unit {
+    std::size_t tile = 0, part = 0;
+    auto operator<=>(const Unit&) const = default;
+  };
+
+  [[nodiscard]] std::optional<Unit> nearest_unit(const Search& search);
+  void visit_unit(const Unit& unit, std::span<Search* const> searches, int num_threads);
+  [[nodiscard]] std::vector<std::size_t> tiles_within(std::span<const Search> searches) const;
   void visit_tile(Search& search, std::size_t tile);
   void visit_nearest_first(Search& search, std::span<const std::size_t> candidates);
+  /// visit(tiles) for rings of tiles around the samples, as far as they may hold something nearer.
+  template <typename Visit>
+  void visit_rings(const Search& search, const Visit& visit) const {
+    const TileKey low = search.lowest_tile(), high = search.highest_tile();
+    for (std::int64_t ring = 0; ring <= kMaxRing; ++ring) {
+      // Tiles of a ring are at least ring − 1 whole tiles away.
+      if (static_cast<double>(ring - 1) * kStepsPerTileAxis >= search.worst()) break;
+      visit(tiles_in_ring(low, high, ring));
+    }
+    if (search.worst() > static_cast<double>(kMaxRing) * kStepsPerTileAxis) {
+      visit(tiles_beyond(low, high, kMaxRing));
+    }
+  }
   [[nodiscard]] std::vector<std::size_t> tiles_in_ring(const TileKey& low, const TileKey& high,
                                                        std::int64_t ring) const;
   [[nodiscard]] std::vector<std::size_t> tiles_beyond(const TileKey& low, const TileKey& high,
@@ -123,15 +149,15 @@ ExactDistance::~ExactDistance() = default;
 
 void ExactDistance::Impl::visit_tile(Search& search, std::size_t tile) {
   const TileKey& key = tiles[tile].key;
-  const std::vector<Octant> parts = units.parts(tile);
+  const std::span<const UnitCache::Part> parts = units.parts(tile);
   std::vector<std::pair<double, std::size_t>> order;
   for (std::size_t i = 0; i < parts.size(); ++i) {
-    order.emplace_back(search.distance_to(key, parts[i].box()), i);
+    order.emplace_back(search.distance_to(key, parts[i].octant.box()), i);
   }
   std::sort(order.begin(), order.end());
   for (const auto& [distance, part] : order) {
     if (!(distance < search.worst())) return;
-    const auto index = units.index(tile, part, parts[part]);
+    const auto index = units.index(tile, part);
     if (search.distance_to(key, index->bounds()) < search.worst()) search.visit(key, *index);
   }
 }
@@ -180,16 +206,118 @@ std::vector<double> ExactDistance::nearest(const LatticePoint& origin,
                                            SampleOrder order) {
   if (samples.empty()) return {};
   Search search(origin, samples, order);
-  const TileKey low = search.lowest_tile(), high = search.highest_tile();
-  for (std::int64_t ring = 0; ring <= kMaxRing; ++ring) {
-    // Tiles of a ring are at least ring − 1 whole tiles away.
-    if (static_cast<double>(ring - 1) * kStepsPerTileAxis >= search.worst()) break;
-    impl_->visit_nearest_first(search, impl_->tiles_in_ring(low, high, ring));
-  }
-  if (search.worst() > static_cast<double>(kMaxRing) * kStepsPerTileAxis) {
-    impl_->visit_nearest_first(search, impl_->tiles_beyond(low, high, kMaxRing));
-  }
+  impl_->visit_rings(search, [&](std::span<const std::size_t> candidates) {
+    impl_->visit_nearest_first(search, candidates);
+  });
   return search.distances();
+}
+
+/// The one whose box is nearest in the tile whose box is nearest.
+std::optional<ExactDistance::Impl::Unit> ExactDistance::Impl::nearest_unit(const Search& search) {
+  const TileKey low = search.lowest_tile(), high = search.highest_tile();
+  std::vector<std::size_t> candidates;
+  for (std::int64_t ring = 0; ring <= kMaxRing && candidates.empty(); ++ring) {
+    candidates = tiles_in_ring(low, high, ring);
+  }
+  if (candidates.empty()) candidates = tiles_beyond(low, high, kMaxRing);
+  if (candidates.empty()) return std::nullopt;
+  const std::size_t tile = *std::ranges::min_element(candidates, {}, [&](std::size_t candidate) {
+    return search.distance_to(tiles[candidate].key, Octant{}.box());
+  });
+  const auto parts = units.parts(tile);
+  const auto part = std::ranges::min_element(parts, {}, [&](const UnitCache::Part& candidate) {
+    return search.distance_to(tiles[tile].key, candidate.octant.box());
+  });
+  return Unit{tile, static_cast<std::size_t>(part - parts.begin())};
+}
+
+/// For those of the searches that it may hold something nearer for.
+void ExactDistance::Impl::visit_unit(const Unit& unit, std::span<Search* const> searches,
+                                     int num_threads) {
+  const TileKey& key = tiles[unit.tile].key;
+  const auto may_help = [&](const Search& search, const Eigen::AlignedBox3f& box) {
+    return search.distance_to(key, box) < search.worst();
+  };
+  std::vector<Search*> wanting;
+  const Eigen::AlignedBox3f box = units.parts(unit.tile)[unit.part].octant.box();
+  std::ranges::copy_if(searches, std::back_inserter(wanting),
+                       [&](const Search* search) { return may_help(*search, box); });
+  if (wanting.empty()) return;
+  const auto index = units.index(unit.tile, unit.part);
+  parallel_for(wanting.size(), num_threads, [&](std::size_t i) {
+    if (may_help(*wanting[i], index->bounds())) wanting[i]->visit(key, *index);
+  });
+}
+
+/// Tiles that may hold something nearer for one of the searches, each of which has found something.
+std::vector<std::size_t> ExactDistance::Impl::tiles_within(std::span<const Search> searches) const {
+  std::set<std::size_t> found;
+  for (const Search& search : searches) {
+    const auto add = [&](std::span<const std::size_t> candidates) {
+      for (const std::size_t tile : candidates) {
+        const double distance = search.distance_to(tiles[tile].key, Octant{}.box());
+        if (distance < search.worst()) found.insert(tile);
+      }
+    };
+    visit_rings(search, add);
+  }
+  return {found.begin(), found.end()};
+}
+
+std::vector<std::vector<double>> ExactDistance::nearest(std::span<const SampleGroup> groups,
+                                                        int num_threads) {
+  std::vector<Search> searches;
+  searches.reserve(groups.size());
+  std::map<Impl::Unit, std::vector<Search*>> first_units;
+  for (const SampleGroup& group : groups) {
+    if (group.samples.empty()) continue;
+    searches.emplace_back(group.origin, group.samples, group.order);
+    if (const auto unit = impl_->nearest_unit(searches.back())) {
+      first_units[*unit].push_back(&searches.back());
+    }
+  }
+  // First a distance for every sample, which the other units can be held against.
+  for (const auto& [unit, wanting] : first_units) impl_->visit_unit(unit, wanting, num_threads);
+  if (!first_units.empty()) {
+    std::vector<Search*> others;
+    for (const std::size_t tile : impl_->tiles_within(searches)) {
+      for (std::size_t part = 0; part < impl_->units.parts(tile).size(); ++part) {
+        const auto known = first_units.find({tile, part});
+        others.clear();
+        for (Search& search : searches) {
+          const bool is_done = known != first_units.end() &&
+                               std::ranges::find(known->second, &search) != known->second.end();
+          if (!is_done) others.push_back(&search);
+        }
+        impl_->visit_unit({tile, part}, others, num_threads);
+      }
+    }
+  }
+  std::vector<std::vector<double>> distances(groups.size());
+  auto search = searches.begin();
+  for (std::size_t i = 0; i < groups.size(); ++i) {
+    if (!groups[i].samples.empty()) distances[i] = (search++)->distances();
+  }
+  return distances;
+}
+
+bool ExactDistance::can_keep(std::span<const TileKey> keys) const {
+  std::vector<std::size_t> around;
+  for (const TileKey& key : keys) {
+    const auto scale = static_cast<std::int32_t>(level_scale(key.level));
+    const TileKey low{0, key.x * scale, key.y * scale, key.z * scale};
+    const TileKey high{0, low.x + scale - 1, low.y + scale - 1, low.z + scale - 1};
+    for (const std::int64_t ring : {0, 1}) {
+      const std::vector<std::size_t> tiles = impl_->tiles_in_ring(low, high, ring);
+      around.insert(around.end(), tiles.begin(), tiles.end());
+    }
+  }
+  std::ranges::sort(around);
+  const auto repeated = std::ranges::unique(around);
+  around.erase(repeated.begin(), repeated.end());
+  std::uint64_t num_points = 0;
+  for (const std::size_t tile : around) num_points += impl_->tiles[tile].num_points;
+  return impl_->units.has_room_for(num_points);
 }
 
 void ExactDistance::prefetch(std::span<const TileKey> keys, int num_threads) {
@@ -204,9 +332,9 @@ void ExactDistance::prefetch(std::span<const TileKey> keys, int num_threads) {
   wanted.erase(std::unique(wanted.begin(), wanted.end()), wanted.end());
   UnitCache& units = impl_->units;
   parallel_for(wanted.size(), num_threads, [&](std::size_t i) {
-    const std::vector<Octant> parts = units.parts(wanted[i]);
-    for (std::size_t part = 0; part < parts.size() && !units.is_full(); ++part) {
-      static_cast<void>(units.index(wanted[i], part, parts[part]));
+    const std::size_t num_parts = units.parts(wanted[i]).size();
+    for (std::size_t part = 0; part < num_parts && !units.is_full(); ++part) {
+      static_cast<void>(units.index(wanted[i], part));
     }
   });
 }

@@ -28,6 +28,12 @@ const std::vector<std::array<int, 3>>& packets_of_tile(const TrainingGrid& grid)
   return grid == kPopulatedGrid ? populated : empty;
 }
 
+/// The samples of a packet in Morton order.
+const std::vector<std::array<int, 3>>& places_in_packet() {
+  static const auto places = morton_ordered_grid(kPacket);
+  return places;
+}
+
 /// Of a sample within its packet.
 std::size_t place_in_packet(int x, int y, int z) {
   return static_cast<std::size_t>((x * kPacket + y) * kPacket + z);
@@ -71,24 +77,33 @@ std::size_t GridTargets::num_chunks() const {
   return (packets_.size() + kPacketsPerChunk - 1) / kPacketsPerChunk;
 }
 
-void GridTargets::look_up(std::size_t chunk, const Distances& distances) {
-  static const auto places = morton_ordered_grid(kPacket);
+std::span<const std::array<int, 3>> GridTargets::packets_of(std::size_t chunk) const {
   const std::size_t begin = chunk * kPacketsPerChunk;
-  const std::size_t end = std::min(packets_.size(), begin + kPacketsPerChunk);
+  return std::span(packets_).subspan(begin, std::min(kPacketsPerChunk, packets_.size() - begin));
+}
+
+std::vector<Eigen::Vector3i> GridTargets::samples(std::size_t chunk) const {
   std::vector<Eigen::Vector3i> samples;
-  std::vector<std::size_t> targets;
-  for (std::size_t i = begin; i < end; ++i) {
-    for (const auto& place : places) {
+  for (const std::array<int, 3>& packet : packets_of(chunk)) {
+    for (const auto& place : places_in_packet()) {
       Eigen::Vector3i& sample = samples.emplace_back();
       for (std::size_t a = 0; a < 3; ++a) {
         sample[static_cast<Eigen::Index>(a)] =
-            static_cast<int>(grid_.offset(packets_[i][a] * kPacket + place[a], level_));
+            static_cast<int>(grid_.offset(packet[a] * kPacket + place[a], level_));
       }
-      targets.push_back(i * kPacketSamples + place_in_packet(place[0], place[1], place[2]));
     }
   }
-  const std::vector<float> found = distances(samples);
-  for (std::size_t i = 0; i < targets.size(); ++i) targets_[targets[i]] = found[i];
+  return samples;
+}
+
+void GridTargets::keep(std::size_t chunk, std::span<const float> distances) {
+  auto next = distances.begin();
+  for (std::size_t i = 0; i < packets_of(chunk).size(); ++i) {
+    const std::size_t packet = (chunk * kPacketsPerChunk + i) * kPacketSamples;
+    for (const auto& [x, y, z] : places_in_packet()) {
+      targets_[packet + place_in_packet(x, y, z)] = *next++;
+    }
+  }
 }
 
 std::vector<float> GridTargets::of_cube(int cube) const {

@@ -2,7 +2,6 @@
 
 #include <array>
 #include <cstddef>
-#include <functional>
 #include <span>
 #include <vector>
 
@@ -16,20 +15,19 @@ namespace gdfmap {
 /// grid. They are looked up in chunks; samples that neighbouring cubes share are in one chunk only.
 class GridTargets {
  public:
-  /// Distances in metres at samples in quantisation steps from the tile's minimum, which come in
-  /// packets.
-  using Distances = std::function<std::vector<float>(std::span<const Eigen::Vector3i>)>;
-
   /// @param cubes  their indices
   GridTargets(const TrainingGrid& grid, int level, std::span<const int> cubes);
 
   [[nodiscard]] std::size_t num_chunks() const;
-  /// Chunks may be looked up in any order and at the same time.
-  void look_up(std::size_t chunk, const Distances& distances);
-  /// Targets of a cube, x slowest, z fastest, once every chunk is looked up.
+  /// The samples of a chunk in packets, in quantisation steps from the tile's minimum.
+  [[nodiscard]] std::vector<Eigen::Vector3i> samples(std::size_t chunk) const;
+  /// Takes the distances at them, in metres. Several chunks may be kept at the same time.
+  void keep(std::size_t chunk, std::span<const float> distances);
+  /// Targets of a cube, x slowest, z fastest, once every chunk is kept.
   [[nodiscard]] std::vector<float> of_cube(int cube) const;
 
  private:
+  [[nodiscard]] std::span<const std::array<int, 3>> packets_of(std::size_t chunk) const;
   void select_packets(std::span<const int> cubes);
   [[nodiscard]] std::size_t packet_index(int x, int y, int z) const;
 

@@ -1,6 +1,7 @@
 #include "tile_samples.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cstdint>
 #include <iterator>
 #include <utility>
@@ -8,12 +9,19 @@
 #include "morton_grid.hpp"
 
 namespace gdfmap {
+namespace {
+
+const std::vector<std::array<int, 3>>& held_out_places() {
+  static const auto places = morton_ordered_grid(kHeldOutPerAxis);
+  return places;
+}
+
+}  // namespace
 
 TileSamples::TileSamples(const TileKey& key, std::vector<int> cubes, const CubeMask& populated,
-                         const Lattice& lattice, ExactDistance& exact_distance)
+                         const Lattice& lattice)
     : key_(key),
       step_(lattice.step()),
-      exact_distance_(&exact_distance),
       cubes_(std::move(cubes)),
       populated_(populated),
       populated_targets_(make_targets(true)),
@@ -27,51 +35,48 @@ GridTargets TileSamples::make_targets(bool populated) const {
   return {training_grid(populated), key_.level, of_class};
 }
 
-std::vector<float> TileSamples::distances(std::span<const Eigen::Vector3i> samples) const {
-  const std::vector<double> steps =
-      exact_distance_->nearest(tile_origin(key_), samples, SampleOrder::kPackets);
-  std::vector<float> metres(steps.size());
-  std::transform(steps.begin(), steps.end(), metres.begin(),
-                 [this](double d) { return static_cast<float>(d * step_); });
-  return metres;
-}
-
 std::size_t TileSamples::num_chunks() const {
   return populated_targets_.num_chunks() + empty_targets_.num_chunks() + cubes_.size();
 }
 
-void TileSamples::look_up(std::size_t chunk) {
-  const GridTargets::Distances distances_at = [this](std::span<const Eigen::Vector3i> samples) {
-    return distances(samples);
-  };
-  for (GridTargets* const targets : {&populated_targets_, &empty_targets_}) {
-    if (chunk < targets->num_chunks()) {
-      targets->look_up(chunk, distances_at);
-      return;
-    }
+std::vector<Eigen::Vector3i> TileSamples::samples(std::size_t chunk) const {
+  for (const GridTargets* const targets : {&populated_targets_, &empty_targets_}) {
+    if (chunk < targets->num_chunks()) return targets->samples(chunk);
     chunk -= targets->num_chunks();
   }
-  look_up_held_out(chunk);
+  return held_out_samples(chunk);
 }
 
-void TileSamples::look_up_held_out(std::size_t cube) {
-  static const auto places = morton_ordered_grid(kHeldOutPerAxis);
+void TileSamples::keep(std::size_t chunk, std::span<const double> distances) {
+  std::vector<float> metres(distances.size());
+  std::ranges::transform(distances, metres.begin(),
+                         [this](double d) { return static_cast<float>(d * step_); });
+  for (GridTargets* const targets : {&populated_targets_, &empty_targets_}) {
+    if (chunk < targets->num_chunks()) return targets->keep(chunk, metres);
+    chunk -= targets->num_chunks();
+  }
+  keep_held_out(chunk, metres);
+}
+
+std::vector<Eigen::Vector3i> TileSamples::held_out_samples(std::size_t cube) const {
   const auto edge = static_cast<int>(steps_per_cube(key_.level));
   const std::array<int, 3> corner = cube_coordinates(cubes_[cube]);
   std::vector<Eigen::Vector3i> samples;
-  for (const auto& place : places) {
-    Eigen::Vector3i sample;
+  for (const auto& place : held_out_places()) {
+    Eigen::Vector3i& sample = samples.emplace_back();
     for (std::size_t a = 0; a < 3; ++a) {
       sample[static_cast<Eigen::Index>(a)] =
           corner[a] * edge + static_cast<int>(held_out_offset(place[a], key_.level));
     }
-    samples.push_back(sample);
   }
-  const std::vector<float> found = distances(samples);
-  for (std::size_t i = 0; i < places.size(); ++i) {
-    const auto& [x, y, z] = places[i];
+  return samples;
+}
+
+void TileSamples::keep_held_out(std::size_t cube, std::span<const float> distances) {
+  auto next = distances.begin();
+  for (const auto& [x, y, z] : held_out_places()) {
     held_out_[cube * kNumHeldOut +
-              static_cast<std::size_t>((x * kHeldOutPerAxis + y) * kHeldOutPerAxis + z)] = found[i];
+              static_cast<std::size_t>((x * kHeldOutPerAxis + y) * kHeldOutPerAxis + z)] = *next++;
   }
 }
 

@@ -1,46 +1,51 @@
 #pragma once
 
+#include <cstddef>
 #include <span>
 #include <vector>
 
+#include <Eigen/Core>
+
+#include <gdfmap/core/cube_mask.hpp>
 #include <gdfmap/core/lattice.hpp>
 #include <gdfmap/edt/sample_lattice.hpp>
-#include <gdfmap/train/exact_distance.hpp>
 
 #include "grid_targets.hpp"
 
 namespace gdfmap {
 
-/// Exact distances, in metres, at the samples of some cubes of a tile. They are looked up in
-/// chunks, so that several threads can work on one tile.
+/// Exact distances, in metres, at the samples of some cubes of a tile. They come in chunks, so that
+/// several threads can work on one tile.
 class TileSamples {
  public:
   /// @param cubes      their indices, ascending
   /// @param populated  which cubes of the tile hold points
   TileSamples(const TileKey& key, std::vector<int> cubes, const CubeMask& populated,
-              const Lattice& lattice, ExactDistance& exact_distance);
+              const Lattice& lattice);
 
   [[nodiscard]] const std::vector<int>& cubes() const { return cubes_; }
   /// Whether the cube at place `n` of cubes() holds points.
   [[nodiscard]] bool is_populated(std::size_t n) const { return populated_.test(cubes_[n]); }
 
   [[nodiscard]] std::size_t num_chunks() const;
-  /// Looks up a chunk. Chunks may be looked up in any order and at the same time.
-  void look_up(std::size_t chunk);
+  [[nodiscard]] const TileKey& tile() const { return key_; }
+  /// The samples of a chunk in packets, in quantisation steps from the tile's minimum.
+  [[nodiscard]] std::vector<Eigen::Vector3i> samples(std::size_t chunk) const;
+  /// Takes the distances at them, in steps. Several chunks may be kept at the same time.
+  void keep(std::size_t chunk, std::span<const double> distances);
 
-  /// Once every chunk is looked up, x slowest, z fastest: targets of the cube at place `n` of
+  /// Once every chunk is kept, x slowest, z fastest: targets of the cube at place `n` of
   /// cubes(), on the grid of its class.
   [[nodiscard]] std::vector<float> targets(std::size_t n) const;
   void copy_held_out(std::size_t n, std::span<float, kNumHeldOut> held_out) const;
 
  private:
   [[nodiscard]] GridTargets make_targets(bool populated) const;
-  void look_up_held_out(std::size_t cube);
-  [[nodiscard]] std::vector<float> distances(std::span<const Eigen::Vector3i> samples) const;
+  [[nodiscard]] std::vector<Eigen::Vector3i> held_out_samples(std::size_t cube) const;
+  void keep_held_out(std::size_t cube, std::span<const float> distances);
 
   TileKey key_;
   double step_;  ///< metres
-  ExactDistance* exact_distance_;
   std::vector<int> cubes_;
   CubeMask populated_;
   GridTargets populated_targets_, empty_targets_;

@@ -25,6 +25,8 @@ constexpr std::size_t kMaxWindowTiles = 16;
 constexpr std::size_t kCubesPerTask = 96;
 /// What a tile of a window holds at most: samples of 512 cubes, lattice and results.
 constexpr std::size_t kTileBytes = std::size_t{8} << 20;
+/// Of the samples of a chunk, while they are looked up together with those of others.
+constexpr std::size_t kChunkBytes = std::size_t{40} << 10;
 
 /// The configuration of this run; stores it when it is new.
 FitConfig settle_configuration(Map& map, const TrainOptions& options) {
@@ -164,18 +166,57 @@ class LevelTrainer {
                                              config_, exact_distance_);
       work.kept = std::move(selection.kept);
       work.samples.emplace(work.tile->key, std::move(selection.looked_up), work.tile->populated,
-                           map_.lattice(), exact_distance_);
+                           map_.lattice());
     });
-    std::vector<std::pair<TileSamples*, std::size_t>> chunks;
+    std::vector<Chunk> chunks;
+    std::vector<TileKey> keys;
     for (Work& work : works) {
+      keys.push_back(work.tile->key);
       for (std::size_t n = 0; n < work.samples->num_chunks(); ++n) {
-        chunks.emplace_back(&*work.samples, n);
+        chunks.push_back({&*work.samples, n});
       }
     }
+    if (exact_distance_.can_keep(keys)) {
+      look_up_one_by_one(chunks);
+    } else {
+      look_up_together(chunks);
+    }
+  }
+
+  /// A part of the samples of a tile.
+  struct Chunk {
+    TileSamples* samples;
+    std::size_t number;
+  };
+
+  void look_up_one_by_one(std::span<const Chunk> chunks) {
     parallel_for(chunks.size(), context_.threads(), [&](std::size_t i) {
-      if (!context_.stop_requested()) chunks[i].first->look_up(chunks[i].second);
+      if (context_.stop_requested()) return;
+      const auto& [samples, number] = chunks[i];
+      samples->keep(number,
+                    exact_distance_.nearest(tile_origin(samples->tile()), samples->samples(number),
+                                            SampleOrder::kPackets));
     });
     context_.throw_if_stopped();
+  }
+
+  /// As many chunks at a time as there is room for.
+  void look_up_together(std::span<const Chunk> chunks) {
+    const std::size_t most = std::max<std::size_t>(1, context_.memory() / 8 / kChunkBytes);
+    for (std::size_t begin = 0; begin < chunks.size(); begin += most) {
+      context_.throw_if_stopped();
+      const auto part = chunks.subspan(begin, std::min(most, chunks.size() - begin));
+      std::vector<std::vector<Eigen::Vector3i>> samples;
+      std::vector<SampleGroup> groups;
+      for (const Chunk& chunk : part) samples.push_back(chunk.samples->samples(chunk.number));
+      for (std::size_t i = 0; i < part.size(); ++i) {
+        groups.push_back({tile_origin(part[i].samples->tile()), samples[i]});
+      }
+      const auto distances = exact_distance_.nearest(groups, context_.threads());
+      for (std::size_t i = 0; i < part.size(); ++i) {
+        part[i].samples->keep(part[i].number, distances[i]);
+      }
+    }
   }
 
   /// Where a whole tile is looked up, all around it will be asked for.

@@ -34,22 +34,28 @@ struct Octant {
   }
 };
 
-/// The indices of the parts of tiles, built when they are first asked for; a byte-bounded number is
-/// kept. Thread-safe, while nobody else uses the store.
+/// The indices of the parts of tiles, built when they are first asked for, several parts of a tile
+/// at once, since each time all of its blocks are decoded; a byte-bounded number is kept.
+/// Thread-safe, while nobody else uses the store.
 class UnitCache {
  public:
   using Index = std::shared_ptr<const NearestPointIndex>;
+  struct Part {
+    Octant octant;
+    std::uint64_t num_points = 0;  ///< not set in a tile that is one part
+  };
 
   /// @param tiles  outlives this object
-  UnitCache(PointStore& store, std::span<const TilePoints> tiles, std::size_t max_bytes)
-      : store_(store), tiles_(tiles), max_bytes_(max_bytes) {}
+  UnitCache(PointStore& store, std::span<const TilePoints> tiles, std::size_t max_bytes);
 
-  /// The parts of a tile, few enough points in each.
-  [[nodiscard]] std::vector<Octant> parts(std::size_t tile);
+  /// The parts of a tile in Morton order, few enough points in each. Valid as long as this object.
+  [[nodiscard]] std::span<const Part> parts(std::size_t tile);
 
-  /// The index of part `part` of a tile. Another thread that builds it is waited for.
-  [[nodiscard]] Index index(std::size_t tile, std::size_t part, const Octant& octant);
+  /// The index of parts(tile)[part]. Another thread that builds it is waited for.
+  [[nodiscard]] Index index(std::size_t tile, std::size_t part);
 
+  /// Whether the indices of so many points can be kept together.
+  [[nodiscard]] bool has_room_for(std::uint64_t num_points) const;
   /// Whether further indices would push others out.
   [[nodiscard]] bool is_full() const;
 
@@ -67,8 +73,17 @@ class UnitCache {
     std::size_t bytes = 0;  ///< 0 while it is built
   };
 
-  void split(const TileKey& key, const Octant& octant, std::vector<Octant>& result);
-  [[nodiscard]] Index build(const TilePoints& tile, const Octant& octant);
+  /// A part that this thread has to build.
+  struct Claim {
+    std::size_t part;
+    std::promise<Index> index;
+    bool is_kept = false;
+  };
+
+  [[nodiscard]] std::vector<Part> split(const TilePoints& tile);
+  [[nodiscard]] std::vector<Claim> claim(std::size_t tile, std::size_t part,
+                                         std::span<const Part> parts);
+  void build(std::size_t tile, std::span<const Part> parts, std::span<Claim> claims);
   void account(const Key& key, std::size_t bytes);
   void forget(const Key& key);
 
@@ -78,8 +93,8 @@ class UnitCache {
 
   std::mutex store_mutex_;
   mutable std::mutex mutex_;  // guards what follows; never taken before store_mutex_ is released
-  std::unordered_map<std::size_t, std::vector<Octant>> parts_;  // over-full tiles only
-  std::list<Entry> recent_;                                     // most recently used first
+  std::unordered_map<std::size_t, std::vector<Part>> parts_;  // over-full tiles only, for good
+  std::list<Entry> recent_;                                   // most recently used first
   std::unordered_map<Key, std::list<Entry>::iterator, KeyHash> entries_;
   std::size_t bytes_ = 0;
 };

@@ -1,6 +1,7 @@
 #include <cmath>
 #include <limits>
 #include <optional>
+#include <random>
 
 #include <gtest/gtest.h>
 
@@ -75,6 +76,53 @@ TEST_F(ExactDistanceTest, WithoutPointsIsInfinite) {
   const std::vector<Eigen::Vector3i> samples = {{1, 2, 3}};
   EXPECT_EQ(exact.nearest({0, 0, 0}, samples, SampleOrder::kScattered)[0],
             std::numeric_limits<double>::infinity());
+}
+
+/// A tile of more points than one index may have, a speck of it denser than one pass can divide.
+TEST_F(ExactDistanceTest, OfManyGroupsIsTheSameUnitByUnit) {
+  std::mt19937 random(7);
+  std::uniform_real_distribution<double> within(0.5, 2.5), speck(5.0, 5.1);
+  std::vector<Vector3> points;
+  for (int i = 0; i < 400'000; ++i) {
+    points.emplace_back(within(random), within(random), 0.2 * within(random));
+    points.emplace_back(speck(random), speck(random), speck(random));
+  }
+  points.emplace_back(-20.0, 1.0, 1.0);
+  ingest(points);
+  std::vector<std::vector<Eigen::Vector3i>> samples(12);
+  for (int g = 0; g < 10; ++g) {
+    for (int i = 0; i < 64; ++i) {
+      samples[static_cast<std::size_t>(g)].emplace_back(g * 6000 + i % 4 * 500, i / 4 % 4 * 500,
+                                                        g * 3000 + i / 16 * 500);
+    }
+  }
+  samples[10] = {{-150000, 9000, 8000}};  // the last group is empty
+  std::vector<SampleGroup> groups;
+  for (const auto& of_group : samples) groups.push_back({{0, 0, 0}, of_group});
+  ExactDistance small(map_->points(), tiles_, 1 << 20), large(map_->points(), tiles_, 1 << 30);
+  EXPECT_FALSE(small.can_keep(std::vector<TileKey>{{0, 0, 0, 0}}));
+  EXPECT_FALSE(small.can_keep(std::vector<TileKey>{{1, 0, 0, 0}}));
+  EXPECT_TRUE(small.can_keep(std::vector<TileKey>{{0, -3, 0, 0}}));
+  EXPECT_TRUE(large.can_keep(std::vector<TileKey>{{0, 0, 0, 0}}));
+  const auto unit_by_unit = small.nearest(groups, 2);
+  ASSERT_EQ(unit_by_unit.size(), groups.size());
+  for (std::size_t g = 0; g < groups.size(); ++g) {
+    EXPECT_EQ(unit_by_unit[g], large.nearest({0, 0, 0}, samples[g], SampleOrder::kPackets)) << g;
+  }
+  for (const std::size_t g : {0u, 8u, 10u}) {
+    const Eigen::Vector3i& sample = samples[g].front();
+    EXPECT_NEAR(unit_by_unit[g].front(), brute_force({sample.x(), sample.y(), sample.z()}),
+                2e-7 * unit_by_unit[g].front());
+  }
+}
+
+TEST_F(ExactDistanceTest, OfManyGroupsWithoutPointsIsInfinite) {
+  test::TemporaryDirectory directory;
+  Map map = Map::create(directory / "empty.gdfmap");
+  ExactDistance exact(map.points(), {}, 0);
+  const std::vector<Eigen::Vector3i> samples = {{1, 2, 3}};
+  const SampleGroup group{{0, 0, 0}, samples};
+  EXPECT_EQ(exact.nearest({&group, 1}, 1).front().front(), std::numeric_limits<double>::infinity());
 }
 
 TEST_F(ExactDistanceTest, DoesNotDependOnTheCache) {

@@ -90,16 +90,32 @@ TEST_F(TrainTest, ASecondRunFindsNothingToDo) {
   EXPECT_EQ(map.cubes().content_digest(), digest);
 }
 
+/// More points in a tile than can be indexed at once with the least memory.
+std::vector<Vector3> dense_points() {
+  std::mt19937 random(3);
+  std::uniform_real_distribution<double> within(0.1, 2.9);
+  std::vector<Vector3> points(1'300'000);
+  for (Vector3& p : points) {
+    const double x = within(random), y = within(random), z = within(random);
+    p = {x, y, 0.5 + 0.1 * z};
+  }
+  return points;
+}
+
 TEST_F(TrainTest, DoesNotDependOnThreadsOrMemory) {
   RunContext one, many;
   one.num_threads = 1;
   one.memory_bytes = kMinMemoryBytes;
   many.num_threads = 4;
   many.memory_bytes = std::size_t{4} << 30;
-  Map a = new_map("a.gdfmap", box_), b = new_map("b.gdfmap", box_);
-  train(a, quick_options(), one);
-  train(b, quick_options(), many);
-  EXPECT_EQ(a.cubes().content_digest(), b.cubes().content_digest());
+  for (const bool is_dense : {false, true}) {
+    const std::vector<Vector3> points = is_dense ? dense_points() : box_;
+    const std::string name = is_dense ? "dense" : "box";
+    Map a = new_map(name + "_a.gdfmap", points), b = new_map(name + "_b.gdfmap", points);
+    EXPECT_GT(train(a, quick_options(), one).num_cubes_fitted, 20);
+    train(b, quick_options(), many);
+    EXPECT_EQ(a.cubes().content_digest(), b.cubes().content_digest());
+  }
 }
 
 TEST_F(TrainTest, DoesNotDependOnTheOrderOfPoints) {

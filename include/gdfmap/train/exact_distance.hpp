@@ -13,6 +13,13 @@
 
 namespace gdfmap {
 
+/// Samples that stand near each other: the nearer, the fewer units are looked at.
+struct SampleGroup {
+  LatticePoint origin;                       ///< what samples are relative to
+  std::span<const Eigen::Vector3i> samples;  ///< quantisation steps, within ±2²³ of the origin
+  SampleOrder order = SampleOrder::kPackets;
+};
+
 /// Exact distances to the nearest published point of a store, out of core: points are indexed in
 /// units of at most a quarter million (a tile, or an octant of an over-full one), of which a
 /// byte-bounded number is kept, and a unit is visited only for samples that may lie nearer to its
@@ -31,6 +38,15 @@ class ExactDistance {
   [[nodiscard]] std::vector<double> nearest(const LatticePoint& origin,
                                             std::span<const Eigen::Vector3i> samples,
                                             SampleOrder order);
+
+  /// The same for many groups, unit by unit instead of group by group: each unit is indexed once or
+  /// twice, however few can be kept. Where all can be kept, one group after the other takes less
+  /// time.
+  [[nodiscard]] std::vector<std::vector<double>> nearest(std::span<const SampleGroup> groups,
+                                                         int num_threads);
+
+  /// Whether the units in and next to these tiles of any level can be kept together.
+  [[nodiscard]] bool can_keep(std::span<const TileKey> keys) const;
 
   /// Indexes what samples in these tiles will ask for, on several threads, as far as the bytes
   /// allow.
