@@ -159,7 +159,10 @@ class LevelTrainer {
 
   /// The samples of all cubes that a change may have reached, on all threads.
   void look_up(std::span<Work> works) {
-    prefetch(works);
+    std::vector<TileKey> keys;
+    for (const Work& work : works) keys.push_back(work.tile->key);
+    const bool can_keep = exact_distance_.can_keep(keys);
+    if (can_keep) prefetch(works);
     parallel_for(works.size(), context_.threads(), [&](std::size_t i) {
       Work& work = works[i];
       CubeSelection selection = select_cubes(*work.tile, work.stored, work.changes, map_.lattice(),
@@ -169,14 +172,12 @@ class LevelTrainer {
                            map_.lattice());
     });
     std::vector<Chunk> chunks;
-    std::vector<TileKey> keys;
     for (Work& work : works) {
-      keys.push_back(work.tile->key);
       for (std::size_t n = 0; n < work.samples->num_chunks(); ++n) {
         chunks.push_back({&*work.samples, n});
       }
     }
-    if (exact_distance_.can_keep(keys)) {
+    if (can_keep) {
       look_up_one_by_one(chunks);
     } else {
       look_up_together(chunks);
