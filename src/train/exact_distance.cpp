@@ -121,6 +121,7 @@ struct ExactDistance::Impl {
   [[nodiscard]] std::optional<Unit> nearest_unit(const Search& search);
   void visit_unit(const Unit& unit, std::span<Search* const> searches, int num_threads);
   [[nodiscard]] std::vector<std::size_t> tiles_within(std::span<const Search> searches) const;
+  [[nodiscard]] std::vector<std::size_t> tiles_around(std::span<const TileKey> keys) const;
   void visit_tile(Search& search, std::size_t tile);
   void visit_nearest_first(Search& search, std::span<const std::size_t> candidates);
   /// visit(tiles) for rings of tiles around the samples, as far as they may hold something nearer.
@@ -301,35 +302,33 @@ std::vector<std::vector<double>> ExactDistance::nearest(std::span<const SampleGr
   return distances;
 }
 
-bool ExactDistance::can_keep(std::span<const TileKey> keys) const {
+/// Those in and next to tiles of any level.
+std::vector<std::size_t> ExactDistance::Impl::tiles_around(std::span<const TileKey> keys) const {
   std::vector<std::size_t> around;
   for (const TileKey& key : keys) {
     const auto scale = static_cast<std::int32_t>(level_scale(key.level));
     const TileKey low{0, key.x * scale, key.y * scale, key.z * scale};
     const TileKey high{0, low.x + scale - 1, low.y + scale - 1, low.z + scale - 1};
     for (const std::int64_t ring : {0, 1}) {
-      const std::vector<std::size_t> tiles = impl_->tiles_in_ring(low, high, ring);
-      around.insert(around.end(), tiles.begin(), tiles.end());
+      const std::vector<std::size_t> found = tiles_in_ring(low, high, ring);
+      around.insert(around.end(), found.begin(), found.end());
     }
   }
-  std::ranges::sort(around);
-  const auto repeated = std::ranges::unique(around);
-  around.erase(repeated.begin(), repeated.end());
+  std::sort(around.begin(), around.end());
+  around.erase(std::unique(around.begin(), around.end()), around.end());
+  return around;
+}
+
+bool ExactDistance::can_keep(std::span<const TileKey> keys) const {
   std::uint64_t num_points = 0;
-  for (const std::size_t tile : around) num_points += impl_->tiles[tile].num_points;
+  for (const std::size_t tile : impl_->tiles_around(keys)) {
+    num_points += impl_->tiles[tile].num_points;
+  }
   return impl_->units.has_room_for(num_points);
 }
 
 void ExactDistance::prefetch(std::span<const TileKey> keys, int num_threads) {
-  std::vector<std::size_t> wanted;
-  for (const TileKey& key : keys) {
-    for (const std::int64_t ring : {0, 1}) {
-      const std::vector<std::size_t> tiles = impl_->tiles_in_ring(key, key, ring);
-      wanted.insert(wanted.end(), tiles.begin(), tiles.end());
-    }
-  }
-  std::sort(wanted.begin(), wanted.end());
-  wanted.erase(std::unique(wanted.begin(), wanted.end()), wanted.end());
+  const std::vector<std::size_t> wanted = impl_->tiles_around(keys);
   UnitCache& units = impl_->units;
   parallel_for(wanted.size(), num_threads, [&](std::size_t i) {
     const std::size_t num_parts = units.parts(wanted[i]).size();
