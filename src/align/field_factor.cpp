@@ -32,6 +32,23 @@ std::vector<FieldSample> samples_at(const DistanceField& field, const Vector3& o
   return samples;
 }
 
+/// The mean over all points of what add(i, sum) adds for those that are matched. Others, and those
+/// where it is false, since a step led them out of the field, cost as much as one at max_distance.
+template <typename Add>
+Linearization mean_over_matches(const std::vector<std::uint8_t>& is_matched, double max_distance,
+                                int num_threads, const RobustKernel& kernel, const Add& add) {
+  const double outside_cost = kernel.cost(max_distance);
+  const Linearization total = chunked_sum<Linearization>(
+      is_matched.size(), num_threads, [&](std::size_t begin, std::size_t end) {
+        Linearization sum;
+        for (std::size_t i = begin; i < end; ++i) {
+          if (is_matched[i] == 0 || !add(i, sum)) sum.cost += outside_cost;
+        }
+        return sum;
+      });
+  return total.mean_over(is_matched.size());
+}
+
 Twist twist_of(const Vector3& s, const Vector3& direction) {
   Twist J;
   J << direction, s.cross(direction);
@@ -59,28 +76,19 @@ void FieldFactor::match(const Eigen::Isometry3d& T) {
 
 Linearization FieldFactor::linearize(const Eigen::Isometry3d& T, const RobustKernel& kernel) const {
   const std::vector<FieldSample> samples = samples_at(field_, origin_world_, T, source_);
-  const double outside_cost = kernel.cost(options_.max_distance);
-  const Linearization total = chunked_sum<Linearization>(
-      source_.size(), options_.num_threads, [&](std::size_t begin, std::size_t end) {
-        Linearization sum;
-        for (std::size_t i = begin; i < end; ++i) {
-          // A step may have led a match out of the field.
-          if (is_matched_[i] == 0 || !rests_on_cubes(samples[i])) {
-            sum.cost += outside_cost;
-            continue;
-          }
-          const double r = samples[i].distance, size = std::abs(r);
-          const Vector3& g = samples[i].gradient;
-          const double weight = kernel.weight(size);
-          const Twist J = twist_of(T * source_[i], g);
-          const Twist N = twist_of(T * source_[i], g / std::max(g.norm(), kLeastGradient));
-          sum.cost += kernel.cost(size);
-          sum.gradient += (weight * r) * J;
-          sum.hessian += (weight * N) * N.transpose();
-        }
-        return sum;
-      });
-  return total.mean_over(source_.size());
+  const auto add = [&](std::size_t i, Linearization& sum) {
+    if (!rests_on_cubes(samples[i])) return false;
+    const double r = samples[i].distance, size = std::abs(r);
+    const Vector3& g = samples[i].gradient;
+    const double weight = kernel.weight(size);
+    const Twist J = twist_of(T * source_[i], g);
+    const Twist N = twist_of(T * source_[i], g / std::max(g.norm(), kLeastGradient));
+    sum.cost += kernel.cost(size);
+    sum.gradient += (weight * r) * J;
+    sum.hessian += (weight * N) * N.transpose();
+    return true;
+  };
+  return mean_over_matches(is_matched_, options_.max_distance, options_.num_threads, kernel, add);
 }
 
 double FieldFactor::cost(const Eigen::Isometry3d& T, const RobustKernel& kernel) const {
@@ -118,28 +126,19 @@ void TwoSidedFieldFactor::match(const Eigen::Isometry3d& T) {
 Linearization TwoSidedFieldFactor::linearize(const Eigen::Isometry3d& T,
                                              const RobustKernel& kernel) const {
   const std::vector<FieldSample> samples = samples_at(field_, origin_world_, T, sides_);
-  const double outside_cost = kernel.cost(options_.max_distance);
-  const Linearization total = chunked_sum<Linearization>(
-      is_matched_.size(), options_.num_threads, [&](std::size_t begin, std::size_t end) {
-        Linearization sum;
-        for (std::size_t i = begin; i < end; ++i) {
-          const FieldSample &front = samples[2 * i], &back = samples[2 * i + 1];
-          // A step may have led a match out of the field.
-          if (is_matched_[i] == 0 || !rests_on_cubes(front) || !rests_on_cubes(back)) {
-            sum.cost += outside_cost;
-            continue;
-          }
-          const double r = 0.5 * (front.distance - back.distance);
-          const double weight = kernel.weight(std::abs(r));
-          const Twist J = 0.5 * (twist_of(T * sides_[2 * i], front.gradient) -
-                                 twist_of(T * sides_[2 * i + 1], back.gradient));
-          sum.cost += kernel.cost(std::abs(r));
-          sum.gradient += (weight * r) * J;
-          sum.hessian += (weight * J) * J.transpose();
-        }
-        return sum;
-      });
-  return total.mean_over(is_matched_.size());
+  const auto add = [&](std::size_t i, Linearization& sum) {
+    const FieldSample &front = samples[2 * i], &back = samples[2 * i + 1];
+    if (!rests_on_cubes(front) || !rests_on_cubes(back)) return false;
+    const double r = 0.5 * (front.distance - back.distance);
+    const double weight = kernel.weight(std::abs(r));
+    const Twist J = 0.5 * (twist_of(T * sides_[2 * i], front.gradient) -
+                           twist_of(T * sides_[2 * i + 1], back.gradient));
+    sum.cost += kernel.cost(std::abs(r));
+    sum.gradient += (weight * r) * J;
+    sum.hessian += (weight * J) * J.transpose();
+    return true;
+  };
+  return mean_over_matches(is_matched_, options_.max_distance, options_.num_threads, kernel, add);
 }
 
 double TwoSidedFieldFactor::cost(const Eigen::Isometry3d& T, const RobustKernel& kernel) const {

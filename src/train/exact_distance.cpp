@@ -270,12 +270,12 @@ std::vector<std::vector<double>> ExactDistance::nearest(std::span<const SampleGr
   std::vector<Search> searches;
   searches.reserve(groups.size());
   std::map<Impl::Unit, std::vector<Search*>> first_units;
+  std::vector<std::optional<Impl::Unit>> first_unit_of;
   for (const SampleGroup& group : groups) {
     if (group.samples.empty()) continue;
     searches.emplace_back(group.origin, group.samples, group.order);
-    if (const auto unit = impl_->nearest_unit(searches.back())) {
-      first_units[*unit].push_back(&searches.back());
-    }
+    first_unit_of.push_back(impl_->nearest_unit(searches.back()));
+    if (const auto& unit = first_unit_of.back()) first_units[*unit].push_back(&searches.back());
   }
   // First a distance for every sample, which the other units can be held against.
   for (const auto& [unit, wanting] : first_units) impl_->visit_unit(unit, wanting, num_threads);
@@ -283,14 +283,12 @@ std::vector<std::vector<double>> ExactDistance::nearest(std::span<const SampleGr
     std::vector<Search*> others;
     for (const std::size_t tile : impl_->tiles_within(searches)) {
       for (std::size_t part = 0; part < impl_->units.parts(tile).size(); ++part) {
-        const auto known = first_units.find({tile, part});
+        const Impl::Unit unit{tile, part};
         others.clear();
-        for (Search& search : searches) {
-          const bool is_done = known != first_units.end() &&
-                               std::ranges::find(known->second, &search) != known->second.end();
-          if (!is_done) others.push_back(&search);
+        for (std::size_t i = 0; i < searches.size(); ++i) {
+          if (first_unit_of[i] != unit) others.push_back(&searches[i]);
         }
-        impl_->visit_unit({tile, part}, others, num_threads);
+        impl_->visit_unit(unit, others, num_threads);
       }
     }
   }

@@ -92,7 +92,7 @@ class UnitCache {
   std::size_t max_bytes_;
 
   std::mutex store_mutex_;
-  mutable std::mutex mutex_;  // guards what follows; never taken before store_mutex_ is released
+  mutable std::mutex mutex_;  // guards what follows; never held while store_mutex_ is taken
   std::unordered_map<std::size_t, std::vector<Part>> parts_;  // over-full tiles only, for good
   std::list<Entry> recent_;                                   // most recently used first
   std::unordered_map<Key, std::list<Entry>::iterator, KeyHash> entries_;

@@ -64,7 +64,8 @@ class TwoSidedFieldFactor final : public Factor {
   };
 
   /// @param origin_world  of the local frame that poses lead to
-  /// @param source        metres, local frame. Both must outlive the factor.
+  /// @param source        metres, local frame
+  /// The field must outlive the factor.
   TwoSidedFieldFactor(const DistanceField& field, const Vector3& origin_world,
                       const SurfaceCloud& source, const Options& options);
 
