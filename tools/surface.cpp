@@ -32,8 +32,8 @@ constexpr Help kHelp = {
 struct Options {
   CommonOptions common;
   std::string path, out;
-  SurfacePointsOptions points;  ///< the range and threshold of a mesh too
-  std::optional<double> sigmas;
+  SurfacePointsOptions points;  ///< the range of a mesh too
+  std::optional<double> threshold, sigmas;
   std::string region;
   std::string config;
   bool is_points = false, mesh = false, shell = false;
@@ -45,16 +45,21 @@ void read_configuration(Options& options, const RunContext& context) {
   for (const std::string& notice : configuration.notices) context.warn(notice);
   options.path = configuration.input;
   options.out = configuration.output;
-  options.points.threshold = configuration.threshold;
+  options.threshold = configuration.threshold;
   options.points.range = configuration.range();
   options.points.sigmas = 0.0;  // as the ancestor has it
 }
 
 SurfaceReport write_surface(const Options& options, const RunContext& context) {
   const auto source = open_trained_source(options.path);
-  if (!options.mesh) return write_surface_points(source, options.points, options.out, context);
-  return write_surface_mesh(source, {options.points.range, options.points.threshold, options.shell},
-                            options.out, context);
+  if (options.mesh) {
+    SurfaceMeshOptions mesh{.range = options.points.range, .shell = options.shell};
+    mesh.threshold = options.threshold.value_or(mesh.threshold);
+    return write_surface_mesh(source, mesh, options.out, context);
+  }
+  SurfacePointsOptions points = options.points;
+  points.threshold = options.threshold.value_or(points.threshold);
+  return write_surface_points(source, points, options.out, context);
 }
 
 std::string report_text(const SurfaceReport& report, const Options& options, double seconds) {
@@ -65,6 +70,9 @@ std::string report_text(const SurfaceReport& report, const Options& options, dou
                            grouped(report.num_vertices) + " vertices"});
   } else {
     table.add({"points", grouped(report.num_vertices)});
+  }
+  if (options.points.project) {
+    table.add({"left out", grouped(report.num_left_out) + " samples that led to no surface"});
   }
   table.add({"cubes", grouped(report.num_cubes) + " sampled, " + grouped(report.num_cubes_poor) +
                           " passed over for their error"});
@@ -77,6 +85,7 @@ nlohmann::ordered_json report_json(const SurfaceReport& report, const Options& o
   nlohmann::ordered_json json = {{"path", options.out}};
   json[options.mesh ? "num_vertices" : "num_points"] = report.num_vertices;
   if (options.mesh) json["num_triangles"] = report.num_triangles;
+  if (options.points.project) json["num_left_out"] = report.num_left_out;
   json["num_cubes"] = report.num_cubes;
   json["num_cubes_poor"] = report.num_cubes_poor;
   json["num_samples"] = report.num_samples;
@@ -111,9 +120,9 @@ void add_range_options(CLI::App& app, Options& options, CLI::Option* config) {
   for (CLI::Option* const option :
        {app.add_option("MAP|MODEL", options.path, "A map, or a GDF1 (.bin) or CSV (.csv) model"),
         app.add_option("OUT", options.out, "File to write, .ply, or .obj for a mesh"),
-        add_number(app, "--threshold", options.points.threshold, "M", {1e-4, 1e4},
+        add_number(app, "--threshold", options.threshold, "M", {1e-4, 1e4},
                    "Distance from the surface within which samples are taken, at most the edge of "
-                   "a cube"),
+                   "a cube; default 0.05, of a mesh 0.08"),
         add_number(app, "--resolution", options.points.range.resolution, "M", {1e-4, 1e4},
                    "Metres between samples, at most the edge of a cube"),
         add_number(app, "--max-mae", options.points.range.max_mae, "M", {0.0, 1e6},
@@ -140,7 +149,8 @@ Command add_surface(CLI::App& program) {
       app->add_flag("--points", options->is_points, "Write points, the default");
   CLI::Option* const project = app->add_flag(
       "--project", options->points.project,
-      "Move each point onto the surface, and write normal and expected error with it");
+      "Move each point onto the surface, with normal and expected error; leave out those that lead "
+      "to none");
   CLI::Option* const mesh = app->add_flag("--mesh", options->mesh, "Write a triangle mesh");
   mesh->excludes(points)->excludes(project);
   app->add_flag("--shell", options->shell,

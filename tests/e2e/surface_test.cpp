@@ -43,8 +43,15 @@ TEST_F(Surface, WritesPointsAndMeshes) {
   EXPECT_GT(json["num_points"], 1000u);
   EXPECT_GT(json["num_samples"], json["num_points"]);
 
-  EXPECT_TRUE(exits_with(0, gdfmap({"surface", map, path("q.ply"), "--points", "--project"})));
-  EXPECT_EQ(read_ply(path("q.ply")).values.count("expected_error"), 1u);
+  const Result projected =
+      gdfmap({"surface", map, path("q.ply"), "--points", "--project", "--json"});
+  ASSERT_TRUE(exits_with(0, projected));
+  const PlyFile file = read_ply(path("q.ply"));
+  EXPECT_EQ(file.values.count("expected_error"), 1u);
+  const auto report = nlohmann::json::parse(projected.out);
+  EXPECT_EQ(report["num_points"], file.num_vertices());
+  EXPECT_EQ(report["num_points"].get<std::size_t>() + report["num_left_out"].get<std::size_t>(),
+            json["num_points"].get<std::size_t>());
 
   const Result mesh = gdfmap({"surface", map, path("m.ply"), "--mesh", "--json"});
   ASSERT_TRUE(exits_with(0, mesh));

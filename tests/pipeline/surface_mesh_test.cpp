@@ -117,7 +117,7 @@ class SurfaceMeshTest : public testing::Test {
 TEST_F(SurfaceMeshTest, OfASphereAcrossTilesIsClosedAndOnIt) {
   const test::PlyFile file = mesh(trained("sphere", 2.0), at(0.02));
   expect_closed(file);
-  EXPECT_GE(covered_share(file, "sphere", 2.0), 0.9);
+  EXPECT_GE(covered_share(file, "sphere", 2.0), 0.999);
   EXPECT_EQ(report_.num_vertices, file.num_vertices());
   EXPECT_EQ(report_.num_triangles, file.triangles.size());
   const double error = mean_distance(file, SyntheticScene("sphere", 2.0));
@@ -129,7 +129,7 @@ TEST_F(SurfaceMeshTest, OfASphereAcrossTilesIsClosedAndOnIt) {
 TEST_F(SurfaceMeshTest, OfABoxAcrossTilesIsClosedAndOnIt) {
   const test::PlyFile file = mesh(trained("box", 2.0, 0.5), at(0.02));
   expect_closed(file);
-  EXPECT_GE(covered_share(file, "box", 2.0), 0.99);
+  EXPECT_GE(covered_share(file, "box", 2.0), 0.999);
   const double error = mean_distance(file, SyntheticScene("box", 2.0));
   EXPECT_LE(error, 0.015);
   RecordProperty("mean_distance_m", std::to_string(error));
@@ -222,7 +222,7 @@ TEST_F(SurfaceMeshTest, RefusesWhatCannotBeMeant) {
     EXPECT_FALSE(std::filesystem::exists(directory_ / name));
   };
   refuses(at(0.02), "mesh.stl");
-  refuses(at(0.06), "mesh.ply");  // samples farther apart than the shell is thick
+  refuses(at(0.10), "mesh.ply");  // samples farther apart than the shell is thick
   SurfaceMeshOptions options;
   options.threshold = 2.0;
   refuses(options, "mesh.ply");

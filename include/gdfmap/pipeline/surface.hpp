@@ -30,14 +30,16 @@ struct SurfacePointsOptions {
   /// distance alone decides.
   double sigmas = 1.0;
   static constexpr double kMaxErrorShare = 1.0 / 3.0;
-  bool project = false;  ///< move them onto the surface
+  /// Move them onto the surface; those around which the field shows none are left out.
+  bool project = false;
 };
 
 struct SurfaceMeshOptions {
   SurfaceRange range;
   /// Metres, at most a cube's edge, at least 0.87 resolutions: the mesh is drawn around what is
-  /// nearer.
-  double threshold = 0.05;
+  /// nearer. Where the field, rounded off, states more than that at the surface, the mesh has a
+  /// hole; with cubes of 1 m that is seen at 0.05.
+  double threshold = 0.08;
   bool shell = false;  ///< leave it there, instead of moving it onto the surface
 };
 
@@ -47,6 +49,7 @@ struct SurfaceReport {
   std::uint64_t num_cubes_poor = 0;  ///< passed over because of max_mae
   std::uint64_t num_samples = 0;     ///< of the field
   std::uint64_t num_vertices = 0;    ///< written
+  std::uint64_t num_left_out = 0;    ///< not written, as no surface was found when projecting
   std::uint64_t num_triangles = 0;   ///< written
   /// Tiles that could not be read: the surface has gaps there.
   std::uint64_t num_unreadable_tiles = 0;
@@ -56,8 +59,7 @@ struct SurfaceReport {
 /// Streams the samples within `threshold` of the surface to a binary little-endian PLY file, which
 /// appears complete or not at all, in Morton order of their cubes. Properties: x, y, z (double,
 /// metres), distance (float, metres, of the field there); projected ones also nx, ny, nz (float,
-/// unit vector along the gradient at the sample, away from the surface on its side) and
-/// expected_error (float, metres, NaN where unknown). The field is that of level 0, blended as
+/// unit vector away from the surface on the sample's side) and expected_error (float, metres, NaN where unknown). The field is that of level 0, blended as
 /// everywhere and normalised where cubes are missing. The same bytes for any number of threads, any
 /// memory and instruction set. Holds the list of occupied tiles and `memory_bytes` of tiles and
 /// results.

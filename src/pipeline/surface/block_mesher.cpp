@@ -141,7 +141,7 @@ void BlockMesher::place_vertices(BlockMesh& mesh) {
             .subspan(first, std::min(Projector::kBatch, mesh.vertices.size() - first));
     positions.clear();
     for (const MeshVertex& vertex : batch) positions.push_back(vertex.point.position);
-    const auto placed = projector_.project(positions, is_shell_ ? 0 : Projector::kSteps);
+    const auto placed = is_shell_ ? projector_.describe(positions) : projector_.project(positions);
     for (std::size_t i = 0; i < batch.size(); ++i) batch[i].point = placed[i];
   }
 }

@@ -47,9 +47,7 @@ std::size_t Neighbourhood::place_of(const CubeKey& key) const {
 const Neighbourhood::Cube* Neighbourhood::find(const CubeKey& key) const {
   const bool is_inside = key.x >= low_.x && key.x <= high_.x && key.y >= low_.y &&
                          key.y <= high_.y && key.z >= low_.z && key.z <= high_.z;
-  if (!is_inside) return nullptr;
-  const Cube& cube = cubes_[place_of(key)];
-  return cube.is_served ? &cube : nullptr;
+  return is_inside ? at(place_of(key)) : nullptr;
 }
 
 GaussianRows GaussianRowsBuffer::fill(const KernelView& cube) {

@@ -28,6 +28,14 @@ class Neighbourhood {
   /// Null outside the box and where there is no cube with Gaussians.
   [[nodiscard]] const Cube* find(const CubeKey& key) const;
 
+  /// The keys of the box are numbered in key order, from 0.
+  [[nodiscard]] std::size_t num_places() const { return cubes_.size(); }
+  [[nodiscard]] std::size_t place_of(const CubeKey& key) const;
+  /// As find().
+  [[nodiscard]] const Cube* at(std::size_t place) const {
+    return cubes_[place].is_served ? &cubes_[place] : nullptr;
+  }
+
   /// visit(key, cube) for each key of the box in key order; `cube` is null as in find().
   template <typename Visit>
   void for_each(const Visit& visit) const {
@@ -40,8 +48,6 @@ class Neighbourhood {
   }
 
  private:
-  [[nodiscard]] std::size_t place_of(const CubeKey& key) const;
-
   CubeKey low_, high_;
   std::vector<Cube> cubes_;
   std::vector<std::shared_ptr<const DecodedTile>> tiles_;

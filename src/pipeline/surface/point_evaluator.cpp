@@ -1,6 +1,7 @@
 #include "point_evaluator.hpp"
 
 #include <algorithm>
+#include <numeric>
 
 #include <gdfmap/core/flush_to_zero.hpp>
 
@@ -13,17 +14,16 @@ void PointEvaluator::evaluate(std::span<const Vector3> points_world, std::span<F
   if (!visits_.empty()) {
     const FlushToZero flush;
     const Neighbourhood cubes(field_.tiles, low_, high_);
-    for (auto first = visits_.begin(); first != visits_.end();) {
-      const auto last = std::find_if(first, visits_.end(),
-                                     [&](const Visit& visit) { return visit.cube != first->cube; });
-      if (const Neighbourhood::Cube* const cube = cubes.find(first->cube)) {
-        const std::span<const Visit> of_cube(first, last);
-        evaluate_cube(*cube, of_cube);
-        for (std::size_t i = 0; i < of_cube.size(); ++i) {
-          add(of_cube[i], i, cube->mae, values[of_cube[i].point]);
-        }
+    sort_visits(cubes);
+    for (std::size_t place = 0; place < cubes.num_places(); ++place) {
+      const std::span<const std::uint32_t> of_cube = visits_of(place);
+      const Neighbourhood::Cube* const cube = cubes.at(place);
+      if (of_cube.empty() || cube == nullptr) continue;
+      evaluate_cube(*cube, of_cube);
+      for (std::size_t i = 0; i < of_cube.size(); ++i) {
+        const Visit& visit = visits_[of_cube[i]];
+        add(visit, i, cube->mae, values[visit.point]);
       }
-      first = last;
     }
   }
   for (std::size_t i = 0; i < values.size(); ++i) {
@@ -35,7 +35,6 @@ void PointEvaluator::evaluate(std::span<const Vector3> points_world, std::span<F
   }
 }
 
-/// Sorted by cube, and by point within a cube: sums are taken in one order, whatever the points.
 void PointEvaluator::collect_visits(std::span<const Vector3> points_world) {
   visits_.clear();
   for (std::size_t i = 0; i < points_world.size(); ++i) {
@@ -44,7 +43,6 @@ void PointEvaluator::collect_visits(std::span<const Vector3> points_world) {
     }
   }
   if (visits_.empty()) return;
-  std::ranges::stable_sort(visits_, {}, [](const Visit& visit) { return visit.cube; });
   low_ = high_ = visits_.front().cube;
   for (const Visit& visit : visits_) {
     const CubeKey& cube = visit.cube;
@@ -70,15 +68,35 @@ void PointEvaluator::collect_visits(std::size_t point, const Vector3& p_world,
   });
 }
 
-void PointEvaluator::evaluate_cube(const Neighbourhood::Cube& cube, std::span<const Visit> visits) {
+/// Cube by cube in key order, and by point within a cube: sums are taken in one order, whatever the
+/// points.
+void PointEvaluator::sort_visits(const Neighbourhood& cubes) {
+  std::vector<std::uint32_t>& begins = ends_;  // which become the ends as visits are put in
+  begins.assign(cubes.num_places(), 0);
+  for (const Visit& visit : visits_) ++begins[cubes.place_of(visit.cube)];
+  std::exclusive_scan(begins.begin(), begins.end(), begins.begin(), std::uint32_t{0});
+  order_.resize(visits_.size());
+  for (std::uint32_t i = 0; i < visits_.size(); ++i) {
+    order_[ends_[cubes.place_of(visits_[i].cube)]++] = i;
+  }
+}
+
+std::span<const std::uint32_t> PointEvaluator::visits_of(std::size_t cube) const {
+  const std::uint32_t begin = cube == 0 ? 0 : ends_[cube - 1];
+  return std::span(order_).subspan(begin, ends_[cube] - begin);
+}
+
+void PointEvaluator::evaluate_cube(const Neighbourhood::Cube& cube,
+                                   std::span<const std::uint32_t> visits) {
   const std::size_t count = padded(visits.size());
   value_.resize(count);
   for (std::size_t a = 0; a < 3; ++a) {
     position_[a].resize(count);
     gradient_[a].resize(count);
-    float* const end = std::ranges::transform(visits, position_[a].data(), [&](const Visit& visit) {
-                         return static_cast<float>(visit.p_local[static_cast<int>(a)]);
-                       }).out;
+    float* const end =
+        std::ranges::transform(visits, position_[a].data(), [&](std::uint32_t visit) {
+          return static_cast<float>(visits_[visit].p_local[static_cast<int>(a)]);
+        }).out;
     std::fill(end, position_[a].data() + count, 0.0f);
   }
   field_.kernels.values_and_gradients(

@@ -2,6 +2,7 @@
 
 #include <array>
 #include <cstddef>
+#include <cstdint>
 #include <span>
 #include <vector>
 
@@ -47,12 +48,16 @@ class PointEvaluator {
 
   void collect_visits(std::span<const Vector3> points_world);
   void collect_visits(std::size_t point, const Vector3& p_world, const BlendZone& zone);
-  void evaluate_cube(const Neighbourhood::Cube& cube, std::span<const Visit> visits);
+  void sort_visits(const Neighbourhood& cubes);
+  [[nodiscard]] std::span<const std::uint32_t> visits_of(std::size_t cube) const;
+  void evaluate_cube(const Neighbourhood::Cube& cube, std::span<const std::uint32_t> visits);
   void add(const Visit& visit, std::size_t place, double mae, FieldValue& sum);
 
   const FieldOnGrid& field_;
   CubeKey low_, high_;
-  std::vector<Visit> visits_;
+  std::vector<Visit> visits_;         ///< point by point
+  std::vector<std::uint32_t> order_;  ///< of the visits, cube by cube
+  std::vector<std::uint32_t> ends_;   ///< of each cube's visits in that order
   std::vector<Share> shares_;
   GaussianRowsBuffer rows_;
   std::array<AlignedFloats, 3> position_, gradient_;

@@ -40,7 +40,7 @@ PlyFormat format_of(bool project) {
 /// What one block gives.
 struct BlockPoints {
   Bytes records;
-  std::uint64_t num_points = 0, num_samples = 0;
+  std::uint64_t num_points = 0, num_left_out = 0, num_samples = 0;
   bool is_cube = false, is_poor_cube = false;  ///< of the first block of a cube alone
 };
 
@@ -62,16 +62,15 @@ class PointFinder {
     ByteWriter writer;
     points_.clear();
     for (std::size_t z = 0; z < block.box.size(2); ++z) {
-      for (std::size_t y = 0; y < block.box.size(1); ++y)
-        result.num_points += add_row(y, z, writer);
+      for (std::size_t y = 0; y < block.box.size(1); ++y) add_row(y, z, writer, result);
     }
-    flush(writer);
+    flush(writer, result);
     result.records = writer.take();
     return result;
   }
 
  private:
-  std::uint64_t add_row(std::size_t y, std::size_t z, ByteWriter& writer) {
+  void add_row(std::size_t y, std::size_t z, ByteWriter& writer, BlockPoints& result) {
     const SampleBox& box = sampler_.box();
     const float* const values = sampler_.row(y, z);
     const float* const errors = sampler_.errors(y, z);
@@ -81,30 +80,33 @@ class PointFinder {
     const auto position = [&](std::size_t axis, std::size_t i) {
       return grid_.position(box.begin[axis] + static_cast<std::int64_t>(i));
     };
-    std::uint64_t count = 0;
     for (std::size_t x = 0; x < box.size(0); ++x) {
       if (!(std::abs(values[x]) + std::min(sigmas * errors[x], most) < threshold)) continue;
-      ++count;
       const Vector3 p(position(0, x), position(1, y), position(2, z));
       if (options_.project) {
         points_.push_back(p);
-        if (points_.size() == Projector::kBatch) flush(writer);
+        if (points_.size() == Projector::kBatch) flush(writer, result);
       } else {
         for (int axis = 0; axis < 3; ++axis) writer.put(p[axis]);
         writer.put(values[x]);
+        ++result.num_points;
       }
     }
-    return count;
   }
 
   /// Projects and writes the points that wait for it.
-  void flush(ByteWriter& writer) {
+  void flush(ByteWriter& writer, BlockPoints& result) {
     if (points_.empty()) return;
     for (const ProjectedPoint& point : projector_.project(points_)) {
+      if (!point.is_on_surface) {
+        ++result.num_left_out;
+        continue;
+      }
       for (int axis = 0; axis < 3; ++axis) writer.put(point.position[axis]);
       for (int axis = 0; axis < 3; ++axis) writer.put(static_cast<float>(point.normal[axis]));
       writer.put(static_cast<float>(point.distance));
       writer.put(static_cast<float>(point.expected_error));
+      ++result.num_points;
     }
     points_.clear();
   }
@@ -147,6 +149,7 @@ SurfaceReport write_surface_points(const std::shared_ptr<TileSource>& source,
       [&](const BlockPoints& points) {
         file.write_vertices(points.records, points.num_points);
         report.num_vertices += points.num_points;
+        report.num_left_out += points.num_left_out;
         report.num_samples += points.num_samples;
         report.num_cubes += points.is_cube ? 1 : 0;
         report.num_cubes_poor += points.is_poor_cube ? 1 : 0;
