@@ -8,6 +8,7 @@
 #include <benchmark/benchmark.h>
 #include <sqlite3.h>
 
+#include <gdfmap/db/database.hpp>
 #include <gdfmap/map/map.hpp>
 #include <gdfmap/query/distance_field.hpp>
 #include <gdfmap/store/tile_codec.hpp>
@@ -38,11 +39,11 @@ class PlainSqlite {
   /// @param log  "WAL" as a store that is being written, "DELETE" as one that was closed
   PlainSqlite(const std::filesystem::path& path, const std::string& log) {
     check(sqlite3_open(path.c_str(), &handle_));
-    execute(
-        "PRAGMA page_size = 16384; PRAGMA auto_vacuum = INCREMENTAL; PRAGMA journal_mode = " + log +
-        "; PRAGMA synchronous = NORMAL; PRAGMA cache_size = -8192; "
-        "CREATE TABLE IF NOT EXISTS tiles (id INTEGER PRIMARY KEY, level INTEGER, x INTEGER, "
-        "y INTEGER, z INTEGER, data BLOB, UNIQUE (level, x, y, z))");
+    execute("PRAGMA page_size = " + std::to_string(db::kPageBytes) +
+            "; PRAGMA auto_vacuum = INCREMENTAL; PRAGMA journal_mode = " + log +
+            "; PRAGMA synchronous = NORMAL; PRAGMA cache_size = -8192; "
+            "CREATE TABLE IF NOT EXISTS tiles (id INTEGER PRIMARY KEY, level INTEGER, x INTEGER, "
+            "y INTEGER, z INTEGER, data BLOB, UNIQUE (level, x, y, z))");
     prepare("INSERT OR REPLACE INTO tiles (level, x, y, z, data) VALUES (?, ?, ?, ?, ?)", insert_);
     prepare("SELECT data FROM tiles WHERE level = ? AND x = ? AND y = ? AND z = ?", select_);
   }

@@ -1,6 +1,7 @@
 #include "tile_report.hpp"
 
 #include <array>
+#include <cinttypes>
 #include <cstdio>
 
 #include <nlohmann/json.hpp>
@@ -43,6 +44,12 @@ std::string key_text(const TileKey& key) {
          "," + std::to_string(key.z);
 }
 
+std::string hex(std::uint64_t value) {
+  std::array<char, 17> text;
+  std::snprintf(text.data(), text.size(), "%012" PRIx64, value);
+  return text.data();
+}
+
 nlohmann::ordered_json vector_json(const Vector3& v) { return {v.x(), v.y(), v.z()}; }
 
 nlohmann::ordered_json cube_json(const TileKey& tile, const CubeRecord& cube) {
@@ -61,7 +68,7 @@ nlohmann::ordered_json cube_json(const TileKey& tile, const CubeRecord& cube) {
           {"p95", cube.errors.p95},
           {"max", cube.errors.max},
           {"reach", cube.reach},
-          {"input", cube.input.hex()}};
+          {"input", hex(cube.input)}};
 }
 
 std::string cubes_text(const TileRecord& record) {

@@ -91,7 +91,8 @@ void set_version(Database& database, int major, int minor) {
 }
 
 void create_schema(Database& database, const Schema& schema) {
-  database.execute("PRAGMA page_size = 16384; PRAGMA auto_vacuum = INCREMENTAL");
+  database.execute("PRAGMA page_size = " + std::to_string(kPageBytes) +
+                   "; PRAGMA auto_vacuum = INCREMENTAL");
   Transaction transaction(database);
   database.execute(schema.sql);
   database.execute("PRAGMA application_id = " + std::to_string(schema.application_id));

@@ -34,16 +34,18 @@ using Climbers = std::vector<Climber*>;
 struct StoredShape {
   double mean, sigma;
 };
-StoredShape rounded(double mean, double sigma, double edge, CubeCodec codec) {
+StoredShape rounded(double mean, double sigma, const CubeSamples& cube, CubeCodec codec) {
   if (codec == CubeCodec::kQuantized) {
-    return {mean_of_code(mean_code(mean)), sigma_of_code(sigma_code(sigma))};
+    const GaussianGrid& grid = gaussian_grid(!cube.populated);
+    return {grid.mean_of_code(grid.mean_code(mean)), grid.sigma_of_code(grid.sigma_code(sigma))};
   }
+  const double edge = cube.edge;
   const double root_sigma = stored_root_sigma(sigma, edge);
   return {stored_mean(mean, edge) / edge, root_sigma * root_sigma / edge};
 }
 
 /// Rounds shapes to the stored precision, in the stored form and in the problem's.
-Gaussians round_shapes(FitParameters<float>& parameters, double edge, CubeCodec codec) {
+Gaussians round_shapes(FitParameters<float>& parameters, const CubeSamples& cube, CubeCodec codec) {
   Gaussians gaussians(static_cast<std::size_t>(parameters.cols()));
   for (std::size_t k = 0; k < gaussians.size(); ++k) {
     const auto column = static_cast<Eigen::Index>(k);
@@ -52,9 +54,9 @@ Gaussians round_shapes(FitParameters<float>& parameters, double edge, CubeCodec 
       float& mean = parameters(kFitMean + axis, column);
       float& log_sigma = parameters(kFitLogSigma + axis, column);
       const StoredShape shape =
-          rounded(static_cast<double>(mean), std::exp(static_cast<double>(log_sigma)), edge, codec);
-      gaussians.at(kMeanX + a, k) = stored_mean(shape.mean, edge);
-      gaussians.at(kRootSigmaX + a, k) = stored_root_sigma(shape.sigma, edge);
+          rounded(static_cast<double>(mean), std::exp(static_cast<double>(log_sigma)), cube, codec);
+      gaussians.at(kMeanX + a, k) = stored_mean(shape.mean, cube.edge);
+      gaussians.at(kRootSigmaX + a, k) = stored_root_sigma(shape.sigma, cube.edge);
       mean = static_cast<float>(shape.mean);
       log_sigma = static_cast<float>(std::log(shape.sigma));
     }
@@ -171,7 +173,7 @@ class Ladder {
     batch_.resize(count);
     std::vector<Gaussians> stored;
     for (Climber* c : group) {
-      stored.push_back(round_shapes(c->parameters, c->samples->edge, config_.codec));
+      stored.push_back(round_shapes(c->parameters, *c->samples, config_.codec));
     }
     load(group);
     batch_.evaluate();
@@ -196,7 +198,7 @@ class Ladder {
       gaussians.at(kWeight, k) = static_cast<float>(static_cast<double>(weight) * edge);
     }
     if (config_.codec != CubeCodec::kQuantized) return;
-    quantize_weights(gaussians);
+    gaussian_grid(!climber.samples->populated).quantize_weights(gaussians);
     for (std::size_t k = 0; k < gaussians.size(); ++k) {
       solved(kFitWeight, static_cast<Eigen::Index>(k)) =
           static_cast<float>(static_cast<double>(gaussians.at(kWeight, k)) / edge);

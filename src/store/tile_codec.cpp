@@ -4,20 +4,20 @@
 #include <cmath>
 #include <cstring>
 #include <limits>
+#include <numeric>
 #include <string>
 
 #include <gdfmap/core/error.hpp>
 #include <gdfmap/store/tile_codec.hpp>
 
+#include "quantized_cubes.hpp"
+
 namespace gdfmap {
 namespace {
 
 constexpr char kMagic[4] = {'G', 'D', 'T', '1'};
-constexpr std::uint16_t kVersion = 1;
-constexpr std::size_t kCubeBytes = 49;
-constexpr std::size_t kShortCubeBytes = 36;
-/// Edges, in metres, that a map can have at any level.
-constexpr double kMinEdge = 1e-6, kMaxEdge = 1e9;
+constexpr std::uint16_t kVersion = 2;
+constexpr std::size_t kCubeBytes = 41;
 constexpr std::size_t kGaussianBytes = kNumGaussianRows * sizeof(float);
 
 /// Whether all values of a row are finite and, in the rows of root sigmas, not too small. Without
@@ -39,6 +39,7 @@ const char* fault_of(const CubeRecord& cube, int previous_index) {
   if (cube.index <= previous_index) return "index is not above the one before";
   if (cube.index >= kCubesPerTile) return "index is out of range";
   if (cube.num_iterations < 0) return "number of iterations is out of range";
+  if (cube.input > kMaxInputDigest) return "input digest has more than 48 bits";
   const bool failed = cube.status == CubeStatus::kFailed;
   if (failed != (cube.gaussians.size() == 0)) return "status contradicts the number of Gaussians";
   if (failed != (cube.failure != FailureReason::kNone)) return "status contradicts the failure";
@@ -105,6 +106,11 @@ void put_cube(ByteWriter& writer, const CubeRecord& cube) {
 
 [[noreturn]] void fail(const std::string& what) { throw Error(ErrorCode::kCorrupt, what); }
 
+[[noreturn]] void fail_size(std::size_t num_cubes, std::size_t num_gaussians) {
+  fail("size does not match " + std::to_string(num_cubes) + " cubes and " +
+       std::to_string(num_gaussians) + " Gaussians");
+}
+
 template <typename Enum>
 Enum get_enum(ByteReader& reader, Enum last, const char* name) {
   const auto value = reader.get<std::uint8_t>();
@@ -118,7 +124,6 @@ Enum get_enum(ByteReader& reader, Enum last, const char* name) {
 struct CubeHead {
   CubeRecord cube;
   std::uint32_t num_gaussians = 0;
-  float largest_weight = 0.0f;  ///< quantised cubes alone
 };
 
 CubeHead get_cube(ByteReader& reader) {
@@ -139,7 +144,7 @@ CubeHead get_cube(ByteReader& reader) {
   cube.errors.p95 = reader.get<float>();
   cube.errors.max = reader.get<float>();
   cube.reach = reader.get<float>();
-  cube.input = reader.get_digest();
+  cube.input = reader.get<std::uint64_t>();
   return head;
 }
 
@@ -169,44 +174,27 @@ TileHead get_header(ByteReader& reader) {
   return head;
 }
 
-/// Checks the counts against the size, so that nothing is allocated for a count that cannot be
-/// true.
-void check_size(const ByteReader& reader, const TileHead& head, std::size_t cube_bytes,
-                std::size_t gaussian_bytes) {
-  if (reader.remaining() != head.num_cubes * cube_bytes + head.num_gaussians * gaussian_bytes) {
-    fail("size does not match " + std::to_string(head.num_cubes) + " cubes and " +
-         std::to_string(head.num_gaussians) + " Gaussians");
+/// Whether the counts match the size is checked first, so that nothing is allocated for a count
+/// that cannot be true.
+std::vector<CubeRecord> get_float_cubes(ByteReader& reader, const TileHead& tile) {
+  if (reader.remaining() != tile.num_cubes * kCubeBytes + tile.num_gaussians * kGaussianBytes) {
+    fail_size(tile.num_cubes, tile.num_gaussians);
   }
-}
-
-/// The heads of all cubes, each read by get_one(reader), with room for their Gaussians.
-template <typename GetOne>
-std::vector<CubeHead> get_heads(ByteReader& reader, const TileHead& tile, const GetOne& get_one) {
-  std::vector<CubeHead> heads;
-  heads.reserve(tile.num_cubes);
-  std::uint64_t num_gaussians = 0;
-  for (std::size_t i = 0; i < tile.num_cubes; ++i) {
-    heads.push_back(get_one(reader));
-    num_gaussians += heads.back().num_gaussians;
-  }
-  if (num_gaussians != tile.num_gaussians) fail("cubes do not add up to the number of Gaussians");
-  for (CubeHead& head : heads) head.cube.gaussians = Gaussians(head.num_gaussians);
-  return heads;
-}
-
-std::vector<CubeRecord> cubes_of(std::vector<CubeHead> heads) {
   std::vector<CubeRecord> cubes;
-  cubes.reserve(heads.size());
-  for (CubeHead& head : heads) cubes.push_back(std::move(head.cube));
-  return cubes;
-}
-
-void get_rows(ByteReader& reader, std::vector<CubeRecord>& cubes) {
-  for (std::size_t row = 0; row < kNumGaussianRows; ++row) {
-    for (CubeRecord& cube : cubes) {
-      get_row(reader, cube.gaussians.row(row));
-    }
+  std::vector<std::uint32_t> counts;
+  for (std::size_t i = 0; i < tile.num_cubes; ++i) {
+    CubeHead head = get_cube(reader);
+    cubes.push_back(std::move(head.cube));
+    counts.push_back(head.num_gaussians);
   }
+  if (std::accumulate(counts.begin(), counts.end(), std::uint64_t{0}) != tile.num_gaussians) {
+    fail("cubes do not add up to the number of Gaussians");
+  }
+  for (std::size_t i = 0; i < cubes.size(); ++i) cubes[i].gaussians = Gaussians(counts[i]);
+  for (std::size_t row = 0; row < kNumGaussianRows; ++row) {
+    for (CubeRecord& cube : cubes) get_row(reader, cube.gaussians.row(row));
+  }
+  return cubes;
 }
 
 void put_float_cubes(ByteWriter& writer, const TileRecord& tile) {
@@ -214,151 +202,6 @@ void put_float_cubes(ByteWriter& writer, const TileRecord& tile) {
   for (std::size_t row = 0; row < kNumGaussianRows; ++row) {
     for (const CubeRecord& cube : tile.cubes) put_row(writer, cube.gaussians.row(row));
   }
-}
-
-std::vector<CubeRecord> get_float_cubes(ByteReader& reader, const TileHead& head) {
-  check_size(reader, head, kCubeBytes, kGaussianBytes);
-  std::vector<CubeRecord> cubes = cubes_of(get_heads(reader, head, get_cube));
-  get_rows(reader, cubes);
-  return cubes;
-}
-
-/// Errors and reach of a quantised cube: the upper half of the float's bits.
-std::uint16_t short_float(float value) {
-  const auto bits = std::bit_cast<std::uint32_t>(value);
-  if ((bits & 0xffffu) != 0) {
-    throw Error(ErrorCode::kInternal, "an error of a quantised cube has more than 8 bits");
-  }
-  return static_cast<std::uint16_t>(bits >> 16);
-}
-
-float get_short_float(ByteReader& reader) {
-  return std::bit_cast<float>(std::uint32_t{reader.get<std::uint16_t>()} << 16);
-}
-
-/// What is stored for each code of a mean and of a standard deviation, at one edge.
-class ShapeTable {
- public:
-  explicit ShapeTable(double edge) {
-    for (int code = 0; code <= kMaxMeanCode; ++code) {
-      means_[static_cast<std::size_t>(code)] = stored_mean(mean_of_code(code), edge);
-    }
-    for (int code = 0; code <= kMaxSigmaCode; ++code) {
-      root_sigmas_[static_cast<std::size_t>(code)] = stored_root_sigma(sigma_of_code(code), edge);
-    }
-  }
-  [[nodiscard]] float mean(std::uint64_t code) const { return means_[code & kMaxMeanCode]; }
-  [[nodiscard]] float root_sigma(std::uint64_t code) const {
-    return root_sigmas_[code & kMaxSigmaCode];
-  }
-
- private:
-  std::array<float, kMaxMeanCode + 1> means_;
-  std::array<float, kMaxSigmaCode + 1> root_sigmas_;
-};
-
-std::uint64_t code_of(const Gaussians& gaussians, std::size_t k, double edge, float largest) {
-  std::uint64_t code = 0;
-  for (std::size_t a = 0; a < 3; ++a) {
-    const double root_sigma = gaussians.at(kRootSigmaX + a, k);
-    const auto mean = static_cast<std::uint64_t>(mean_code(gaussians.at(kMeanX + a, k) / edge));
-    const auto sigma = static_cast<std::uint64_t>(sigma_code(root_sigma * root_sigma / edge));
-    code |= mean << (9 * a) | sigma << (27 + 8 * a);
-  }
-  const int weight = weight_code(gaussians.at(kWeight, k), largest);
-  return code | static_cast<std::uint64_t>(weight + kMaxWeightCode) << 51;
-}
-
-void decode_gaussian(std::uint64_t code, const ShapeTable& shapes, float largest,
-                     Gaussians& gaussians, std::size_t k) {
-  for (std::size_t a = 0; a < 3; ++a) {
-    gaussians.at(kMeanX + a, k) = shapes.mean(code >> (9 * a));
-    gaussians.at(kRootSigmaX + a, k) = shapes.root_sigma(code >> (27 + 8 * a));
-  }
-  const int weight = static_cast<int>(code >> 51) - kMaxWeightCode;
-  if (weight > kMaxWeightCode || (largest == 0.0f && weight != 0)) {
-    fail("a weight of a quantised Gaussian is out of range");
-  }
-  gaussians.at(kWeight, k) = weight_of_code(weight, largest);
-}
-
-void put_short_cube(ByteWriter& writer, const CubeRecord& cube) {
-  if (cube.num_iterations > 0xffff || cube.gaussians.size() > 0xff) {
-    throw Error(ErrorCode::kInternal,
-                "cube " + std::to_string(cube.index) + " is too large for the quantised codec");
-  }
-  writer.put(static_cast<std::uint16_t>(cube.index));
-  writer.put(static_cast<std::uint8_t>(static_cast<unsigned>(cube.status) |
-                                       static_cast<unsigned>(cube.cube_class) << 2 |
-                                       static_cast<unsigned>(cube.failure) << 4));
-  writer.put(static_cast<std::uint16_t>(cube.num_iterations));
-  writer.put(static_cast<std::uint8_t>(cube.gaussians.size()));
-  for (const float error :
-       {cube.errors.mae, cube.errors.rmse, cube.errors.p95, cube.errors.max, cube.reach}) {
-    writer.put(short_float(error));
-  }
-  writer.put(cube.input);
-  writer.put(largest_weight(cube.gaussians));
-}
-
-void put_short_cubes(ByteWriter& writer, const TileRecord& tile) {
-  writer.put(tile.cube_edge);
-  for (const CubeRecord& cube : tile.cubes) put_short_cube(writer, cube);
-  const ShapeTable shapes(tile.cube_edge);
-  for (const CubeRecord& cube : tile.cubes) {
-    const float largest = largest_weight(cube.gaussians);
-    Gaussians decoded(cube.gaussians.size());
-    for (std::size_t k = 0; k < decoded.size(); ++k) {
-      const std::uint64_t code = code_of(cube.gaussians, k, tile.cube_edge, largest);
-      decode_gaussian(code, shapes, largest, decoded, k);
-      writer.put(code);
-    }
-    if (!(decoded == cube.gaussians)) {
-      throw Error(ErrorCode::kInternal,
-                  "cube " + std::to_string(cube.index) + " is not on the grid of its codec");
-    }
-  }
-}
-
-CubeHead get_short_cube(ByteReader& reader) {
-  CubeHead head;
-  CubeRecord& cube = head.cube;
-  cube.index = reader.get<std::uint16_t>();
-  const auto kind = reader.get<std::uint8_t>();
-  const unsigned status = kind & 3u, of_class = kind >> 2 & 3u, failure = kind >> 4;
-  if (status > 2 || of_class > 2 || failure > 1) {
-    fail("cube " + std::to_string(cube.index) + ": kind " + std::to_string(kind) + " is not known");
-  }
-  cube.status = static_cast<CubeStatus>(status);
-  cube.cube_class = static_cast<CubeClass>(of_class);
-  cube.failure = static_cast<FailureReason>(failure);
-  cube.num_iterations = reader.get<std::uint16_t>();
-  head.num_gaussians = reader.get<std::uint8_t>();
-  for (float* const error :
-       {&cube.errors.mae, &cube.errors.rmse, &cube.errors.p95, &cube.errors.max, &cube.reach}) {
-    *error = get_short_float(reader);
-  }
-  cube.input = reader.get_digest();
-  head.largest_weight = reader.get<float>();
-  return head;
-}
-
-std::vector<CubeRecord> get_short_cubes(ByteReader& reader, const TileHead& head, double edge) {
-  check_size(reader, head, kShortCubeBytes, sizeof(std::uint64_t));
-  std::vector<CubeHead> heads = get_heads(reader, head, get_short_cube);
-  const ShapeTable shapes(edge);
-  for (CubeHead& h : heads) {
-    Gaussians& gaussians = h.cube.gaussians;
-    for (std::size_t k = 0; k < gaussians.size(); ++k) {
-      decode_gaussian(reader.get<std::uint64_t>(), shapes, h.largest_weight, gaussians, k);
-    }
-    // Otherwise the same cube would be written in other bytes.
-    if (std::bit_cast<std::uint32_t>(largest_weight(gaussians)) !=
-        std::bit_cast<std::uint32_t>(h.largest_weight)) {
-      fail("cube " + std::to_string(h.cube.index) + ": largest weight is not that of a Gaussian");
-    }
-  }
-  return cubes_of(std::move(heads));
 }
 
 }  // namespace
@@ -372,7 +215,7 @@ Bytes encode_tile(const TileRecord& tile) {
   writer.put(static_cast<std::uint16_t>(tile.cubes.size()));
   writer.put(count_gaussians(tile.cubes));
   if (tile.codec == CubeCodec::kQuantized) {
-    put_short_cubes(writer, tile);
+    put_quantized_cubes(writer, tile);
   } else {
     put_float_cubes(writer, tile);
   }
@@ -385,11 +228,7 @@ TileRecord decode_tile(std::span<const std::byte> bytes) {
   TileRecord tile;
   tile.codec = head.codec;
   if (head.codec == CubeCodec::kQuantized) {
-    tile.cube_edge = reader.get<double>();
-    if (!(tile.cube_edge >= kMinEdge && tile.cube_edge <= kMaxEdge)) {
-      fail("the cubes' edge is out of range");
-    }
-    tile.cubes = get_short_cubes(reader, head, tile.cube_edge);
+    get_quantized_cubes(reader, head.num_cubes, head.num_gaussians, tile);
   } else {
     tile.cubes = get_float_cubes(reader, head);
   }

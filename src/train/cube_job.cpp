@@ -15,7 +15,7 @@ Digest configuration_digest(const FitConfig& config) {
   return hash128(writer.bytes());
 }
 
-Digest input_digest(const CubeJob& job, const Digest& configuration) {
+std::uint64_t input_digest(const CubeJob& job, const Digest& configuration) {
   ByteWriter writer;
   writer.put(configuration);
   writer.put(job.key.level);
@@ -23,39 +23,49 @@ Digest input_digest(const CubeJob& job, const Digest& configuration) {
   writer.put(static_cast<std::uint8_t>(job.populated));
   for (const float target : job.targets) writer.put(target);
   for (const float target : job.held_out) writer.put(target);
-  return hash128(writer.bytes());
+  return hash64(writer.bytes()) & kMaxInputDigest;
 }
 
 namespace {
 
-CubeRecord record_of(const CubeJob& job, CubeFit fit, const Digest& input,
+/// As the codec keeps it; the fit has rounded the Gaussians.
+CubeRecord kept(CubeRecord record, double edge, CubeCodec codec) {
+  if (codec != CubeCodec::kQuantized) return record;
+  const LengthGrid lengths(edge);
+  for (float* const error : {&record.errors.mae, &record.errors.rmse, &record.errors.p95}) {
+    *error = lengths.of_code(lengths.nearest(*error));
+  }
+  for (float* const bound : {&record.errors.max, &record.reach}) {
+    *bound = lengths.of_code(lengths.not_below(*bound));
+  }
+  record.num_iterations = std::min(record.num_iterations, kMostQuantizedIterations);
+  return record;
+}
+
+CubeRecord record_of(const CubeJob& job, CubeFit fit, std::uint64_t input,
                      const FitConfig& config) {
   CubeRecord record;
   record.index = cube_index_in_tile(job.key);
   record.cube_class = job.populated ? CubeClass::kPopulated : CubeClass::kEmpty;
   record.num_iterations = fit.num_iterations;
-  const auto kept = [&](float value) {
-    return config.codec == CubeCodec::kQuantized ? round_up_to_8_bits(value) : value;
-  };
-  record.reach = kept(*std::max_element(job.targets.begin(), job.targets.end()));
+  record.reach = *std::max_element(job.targets.begin(), job.targets.end());
   record.input = input;
   if (!fit.finite) {
     record.status = CubeStatus::kFailed;
     record.failure = FailureReason::kNotFinite;
-    return record;
+    return kept(std::move(record), job.edge, config.codec);
   }
   const double threshold =
       config.mae_threshold_max * static_cast<double>(level_scale(job.key.level));
   record.status = fit.errors.mae > threshold ? CubeStatus::kPoor : CubeStatus::kFitted;
-  record.errors = {kept(fit.errors.mae), kept(fit.errors.rmse), kept(fit.errors.p95),
-                   kept(fit.errors.max)};
+  record.errors = fit.errors;
   record.gaussians = std::move(fit.gaussians);
-  return record;
+  return kept(std::move(record), job.edge, config.codec);
 }
 
 }  // namespace
 
-std::vector<CubeRecord> run(std::span<const CubeJob> jobs, std::span<const Digest> inputs,
+std::vector<CubeRecord> run(std::span<const CubeJob> jobs, std::span<const std::uint64_t> inputs,
                             const FitConfig& config, CubeFitter& fitter) {
   std::vector<CubeSamples> samples;
   for (const CubeJob& job : jobs) {

@@ -23,8 +23,8 @@ struct CubeJob {
 };
 
 /// Digest of everything that decides a cube's record: its samples, its class, the configuration and
-/// the fit version. Equal digests, equal records.
-[[nodiscard]] Digest input_digest(const CubeJob& job, const Digest& configuration);
+/// the fit version, in 48 bits. Equal digests, equal records.
+[[nodiscard]] std::uint64_t input_digest(const CubeJob& job, const Digest& configuration);
 
 /// Digest of a configuration and the fit version.
 [[nodiscard]] Digest configuration_digest(const FitConfig& config);
@@ -33,7 +33,7 @@ struct CubeJob {
 /// @param inputs  their input digests
 /// @param fitter  of this configuration
 [[nodiscard]] std::vector<CubeRecord> run(std::span<const CubeJob> jobs,
-                                          std::span<const Digest> inputs, const FitConfig& config,
-                                          CubeFitter& fitter);
+                                          std::span<const std::uint64_t> inputs,
+                                          const FitConfig& config, CubeFitter& fitter);
 
 }  // namespace gdfmap

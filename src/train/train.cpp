@@ -119,7 +119,7 @@ class LevelTrainer {
     std::size_t tile = 0;   ///< in the window
     std::size_t place = 0;  ///< among the tile's samples
     bool populated = false;
-    Digest input;
+    std::uint64_t input = 0;
     CubeRecord record;
     bool is_stale = false;
     bool done = false;  ///< the record is of today
@@ -132,7 +132,7 @@ class LevelTrainer {
     for (std::size_t i = 0; i < works.size(); ++i) {
       const TileSamples& samples = *works[i].samples;
       for (std::size_t n = 0; n < samples.cubes().size(); ++n) {
-        slots.push_back({i, n, samples.is_populated(n), {}, {}, false, false});
+        slots.push_back({i, n, samples.is_populated(n), 0, {}, false, false});
       }
     }
     keep_unchanged(works, slots);
@@ -271,7 +271,7 @@ class LevelTrainer {
       const auto group =
           std::span(stale).subspan(begin, std::min(kCubesPerTask, stale.size() - begin));
       std::vector<CubeJob> jobs;
-      std::vector<Digest> inputs;
+      std::vector<std::uint64_t> inputs;
       for (const Slot* slot : group) {
         jobs.push_back(job_of(*slot, works));
         inputs.push_back(slot->input);

@@ -150,7 +150,7 @@ TEST_F(DatabaseTest, AWriterDoesNotOverwriteDeletedRows) {
   Database writer = create();
   configure_writer(writer, kCacheBytes);
   EXPECT_EQ(writer.query_int("PRAGMA secure_delete"), 0);
-  EXPECT_EQ(writer.query_int("PRAGMA page_size"), 16384);
+  EXPECT_EQ(writer.query_int("PRAGMA page_size"), kPageBytes);
   EXPECT_EQ(writer.query_int("PRAGMA auto_vacuum"), 2);
   EXPECT_EQ(writer.query_int("PRAGMA cache_size"), -1024);
 }

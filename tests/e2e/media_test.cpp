@@ -151,7 +151,7 @@ TEST_F(Media, CubesAloneCannotBeTrainedAndSayWhy) {
 
 TEST_F(Media, AFullDiskStopsIngestWithoutATrace) {
   make_scan();
-  for (const char* size : {"16k", "128k", "320k"}) {
+  for (const char* size : {"16k", "40k", "80k"}) {
     const SmallDisk disk(directory_ / "disk", size);
     if (!disk.mounted()) GTEST_SKIP() << "mounting is not permitted here";
     const Result result = gdfmap({"ingest", disk / "a.gdfmap", path("scan.xyz")});
@@ -161,7 +161,7 @@ TEST_F(Media, AFullDiskStopsIngestWithoutATrace) {
 }
 
 TEST_F(Media, AFullDiskStopsTheFirstIngestAndTheNewMapGoes) {
-  const SmallDisk disk(directory_ / "disk", "1m");  // room for an empty map
+  const SmallDisk disk(directory_ / "disk", "256k");  // room for an empty map
   if (!disk.mounted()) GTEST_SKIP() << "mounting is not permitted here";
   make_large_scan();
   const Result result = gdfmap({"ingest", disk / "a.gdfmap", path("large.xyz")});

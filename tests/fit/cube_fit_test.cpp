@@ -50,10 +50,10 @@ TEST(FitCube, GrowsOnlyWhereTheErrorAsksForIt) {
   const test::CubeTargets empty(test::planes_distance(3), false);
   EXPECT_EQ(fit_cube(populated.samples(), config).gaussians.size(), 8u);
   config.empty_mae_threshold = 1.0;
-  EXPECT_EQ(fit_cube(empty.samples(), config).gaussians.size(), 4u);
+  EXPECT_EQ(fit_cube(empty.samples(), config).gaussians.size(), 3u);
   config.mae_threshold = config.empty_mae_threshold = 0.0;
   EXPECT_EQ(fit_cube(populated.samples(), config).gaussians.size(), 32u);
-  EXPECT_EQ(fit_cube(empty.samples(), config).gaussians.size(), 16u);
+  EXPECT_EQ(fit_cube(empty.samples(), config).gaussians.size(), 12u);
 }
 
 TEST(FitCube, IsTheSameAtEveryScale) {

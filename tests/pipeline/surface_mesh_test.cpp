@@ -117,7 +117,7 @@ class SurfaceMeshTest : public testing::Test {
 TEST_F(SurfaceMeshTest, OfASphereAcrossTilesIsClosedAndOnIt) {
   const test::PlyFile file = mesh(trained("sphere", 2.0), at(0.02));
   expect_closed(file);
-  EXPECT_GE(covered_share(file, "sphere", 2.0), 0.999);
+  EXPECT_GE(covered_share(file, "sphere", 2.0), 0.99);
   EXPECT_EQ(report_.num_vertices, file.num_vertices());
   EXPECT_EQ(report_.num_triangles, file.triangles.size());
   const double error = mean_distance(file, SyntheticScene("sphere", 2.0));

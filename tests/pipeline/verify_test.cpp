@@ -6,6 +6,7 @@
 #include <gtest/gtest.h>
 
 #include <gdfmap/core/error.hpp>
+#include <gdfmap/db/database.hpp>
 #include <gdfmap/pipeline/verify.hpp>
 #include <gdfmap/train/train.hpp>
 
@@ -64,8 +65,8 @@ TEST(Verify, GoesOnWithThePointsWhenTheCubesCannotBeReadAtAll) {
     // Everything behind the pages of the schema and of `meta`.
     std::fstream file(path / "cubes.db", std::ios::in | std::ios::out | std::ios::binary);
     const auto size = std::filesystem::file_size(path / "cubes.db");
-    file.seekp(4 * 16384);
-    for (std::uintmax_t i = 4 * 16384; i < size; ++i) file.put('Z');
+    file.seekp(4 * db::kPageBytes);
+    for (std::uintmax_t i = 4 * db::kPageBytes; i < size; ++i) file.put('Z');
   }
   tamper(path / "points.db", "UPDATE blocks SET data = zeroblob(length(data)) WHERE id = 1");
   Map map = Map::open(path, Access::kRead);
@@ -81,8 +82,8 @@ TEST(Verify, FaultsAreOneLineEach) {
   { Map map = test::map_of(path, test::scene_points("box", 4000)); }
   {
     std::fstream file(path / "points.db", std::ios::in | std::ios::out | std::ios::binary);
-    file.seekp(10 * 16384 - 4000);
-    for (int i = 0; i < 8000; ++i) file.put('Z');
+    file.seekp(10 * db::kPageBytes - 2000);
+    for (int i = 0; i < 4000; ++i) file.put('Z');
   }
   Map map = Map::open(path, Access::kRead);
   const VerifyReport report = verify(map, true);

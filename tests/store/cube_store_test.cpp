@@ -280,8 +280,8 @@ TEST_F(CubeStoreTest, VerifySurvivesADamagedFile) {
     std::FILE* const file = std::fopen(path_.c_str(), "r+b");
     ASSERT_NE(file, nullptr);
     // Everything behind the first page, which holds the schema.
-    ASSERT_EQ(std::fseek(file, 16384, SEEK_SET), 0);
-    for (std::streamoff i = 16384; i < size; ++i) std::fputc(0x5a, file);
+    ASSERT_EQ(std::fseek(file, db::kPageBytes, SEEK_SET), 0);
+    for (std::streamoff i = db::kPageBytes; i < size; ++i) std::fputc(0x5a, file);
     std::fclose(file);
   }
   CubeStore store = read_only();

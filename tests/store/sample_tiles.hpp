@@ -21,7 +21,7 @@ inline CubeRecord sample_cube(int index, std::size_t num_gaussians, std::uint32_
   cube.errors = {uniform(0.0f, 0.1f), uniform(0.0f, 0.1f), uniform(0.0f, 0.2f),
                  uniform(0.0f, 0.5f)};
   cube.reach = uniform(0.0f, 3.0f);
-  cube.input = {random(), random()};
+  cube.input = random() & kMaxInputDigest;
   cube.gaussians = Gaussians(num_gaussians);
   for (std::size_t k = 0; k < num_gaussians; ++k) {
     for (std::size_t row = 0; row < kNumGaussianRows; ++row) {
@@ -56,25 +56,30 @@ inline TileRecord sample_tile(const TileKey& key, std::uint32_t seed) {
   return tile;
 }
 
+inline void round_to_grid(Gaussians& g, const GaussianGrid& grid, double edge) {
+  for (std::size_t k = 0; k < g.size(); ++k) {
+    for (std::size_t a = 0; a < 3; ++a) {
+      const double mean = g.at(kMeanX + a, k), root_sigma = g.at(kRootSigmaX + a, k);
+      g.at(kMeanX + a, k) = stored_mean(grid.mean_of_code(grid.mean_code(mean / edge)), edge);
+      g.at(kRootSigmaX + a, k) = stored_root_sigma(
+          grid.sigma_of_code(grid.sigma_code(root_sigma * root_sigma / edge)), edge);
+    }
+  }
+  grid.quantize_weights(g);
+}
+
 /// sample_tile() with everything on the grid of the quantised codec.
 inline TileRecord quantized_tile(double edge) {
   TileRecord tile = sample_tile({0, 1, 2, 3}, 5);
   tile.codec = CubeCodec::kQuantized;
   tile.cube_edge = edge;
+  const LengthGrid lengths(edge);
   for (CubeRecord& cube : tile.cubes) {
     for (float* const value :
          {&cube.errors.mae, &cube.errors.rmse, &cube.errors.p95, &cube.errors.max, &cube.reach}) {
-      *value = round_up_to_8_bits(*value);
+      *value = lengths.of_code(lengths.nearest(*value));
     }
-    Gaussians& g = cube.gaussians;
-    for (std::size_t k = 0; k < g.size(); ++k) {
-      for (std::size_t a = 0; a < 3; ++a) {
-        g.at(kMeanX + a, k) = stored_mean(mean_of_code(mean_code(g.at(kMeanX + a, k))), edge);
-        g.at(kRootSigmaX + a, k) =
-            stored_root_sigma(sigma_of_code(sigma_code(g.at(kRootSigmaX + a, k))), edge);
-      }
-    }
-    quantize_weights(g);
+    round_to_grid(cube.gaussians, gaussian_grid(cube.cube_class == CubeClass::kEmpty), edge);
   }
   return tile;
 }

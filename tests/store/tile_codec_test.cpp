@@ -1,3 +1,4 @@
+#include <array>
 #include <cmath>
 #include <cstring>
 #include <functional>
@@ -55,7 +56,7 @@ TileRecord golden_tile() {
   cube.num_iterations = 12;
   cube.errors = {1.0f, 2.0f, 3.0f, 4.0f};
   cube.reach = 5.0f;
-  cube.input = {0x0102030405060708u, 0x1112131415161718u};
+  cube.input = 0x010203040506u;
   cube.gaussians = Gaussians(1);
   for (std::size_t row = 0; row < kNumGaussianRows; ++row) {
     cube.gaussians.at(row, 0) = 0.5f * static_cast<float>(row + 1);
@@ -67,13 +68,13 @@ TileRecord golden_tile() {
 
 // clang-format off
 constexpr char kGoldenHex[] =
-    "47445431" "0100" "0000" "0200" "01000000"                // header
+    "47445431" "0200" "0000" "0200" "01000000"                // header
     "0900" "01" "01" "00" "0c000000" "01000000"               // cube 9
     "0000803f" "00000040" "00004040" "00008040" "0000a040"    // its errors and reach
-    "0807060504030201" "1817161514131211"                     // its input digest
+    "0605040302010000"                                        // its input digest
     "2c01" "02" "00" "01" "00000000" "00000000"               // cube 300
     "00000000" "00000000" "00000000" "00000000" "00000000"
-    "0000000000000000" "0000000000000000"
+    "0000000000000000"
     "0000003f" "0000803f" "0000c03f"                          // means
     "00000040" "00002040" "00004040"                          // root sigmas
     "00006040";                                               // weight
@@ -81,7 +82,7 @@ constexpr char kGoldenHex[] =
 
 TEST(TileCodec, WritesTheBytesThatTheFormatSpecifies) {
   const Bytes bytes = encode_tile(golden_tile());
-  EXPECT_EQ(bytes.size(), 14u + 2 * 49 + 28);
+  EXPECT_EQ(bytes.size(), 14u + 2 * 41 + 28);
   EXPECT_EQ(hex(bytes), kGoldenHex);
 }
 
@@ -143,6 +144,7 @@ TEST(TileCodec, RefusesToWriteWhatItCouldNotRead) {
   expect_not_encodable([](TileRecord& t) { t.cubes[0].index = -1; });
   expect_not_encodable([](TileRecord& t) { t.cubes[3].index = kCubesPerTile; });
   expect_not_encodable([](TileRecord& t) { t.cubes[0].num_iterations = -1; });
+  expect_not_encodable([](TileRecord& t) { t.cubes[0].input = kMaxInputDigest + 1; });
   expect_not_encodable([](TileRecord& t) { t.cubes[0].gaussians = Gaussians(); });
   expect_not_encodable([](TileRecord& t) { t.cubes[0].failure = FailureReason::kNotFinite; });
   expect_not_encodable([](TileRecord& t) { t.cubes[2].failure = FailureReason::kNone; });
@@ -180,7 +182,7 @@ TEST(TileCodec, NamesWhatIsWrongWithDamagedBytes) {
     return bytes;
   };
   expect_corrupt(damaged(0, 'X'), "not a tile");
-  expect_corrupt(damaged(4, 2), "tile format version 2");
+  expect_corrupt(damaged(4, 1), "tile format version 1");
   expect_corrupt(damaged(6, 2), "codec 2");
   expect_corrupt(damaged(6, 1), "edge");
   expect_corrupt(damaged(8, 3), "size does not match");
@@ -191,9 +193,10 @@ TEST(TileCodec, NamesWhatIsWrongWithDamagedBytes) {
   expect_corrupt(damaged(18, 2), "failure 2");
   expect_corrupt(damaged(22, 0x80), "iterations");
   expect_corrupt(damaged(23, 2), "do not add up");
-  expect_corrupt(damaged(14 + 49 + 1, 2), "cube 556: index is out of range");
-  Bytes twice = damaged(14 + 49, 9);
-  twice[14 + 49 + 1] = std::byte{0};
+  expect_corrupt(damaged(14 + 40, 1), "cube 9: input digest has more than 48 bits");
+  expect_corrupt(damaged(14 + 41 + 1, 2), "cube 556: index is out of range");
+  Bytes twice = damaged(14 + 41, 9);
+  twice[14 + 41 + 1] = std::byte{0};
   expect_corrupt(twice, "cube 9: index is not above");
   Bytes infinite = damaged(good.size() - 1, 0x7f);
   infinite[good.size() - 2] = std::byte{0x80};
@@ -213,7 +216,13 @@ TEST(TileCodec, QuantizedTilesReadBackWhatWasWritten) {
   for (const double edge : {1.0, 0.37, 4.0, 16.0}) {
     const TileRecord tile = quantized_tile(edge);
     const Bytes bytes = encode_tile(tile);
-    EXPECT_EQ(bytes.size(), 14u + 8u + 4 * 36 + 27 * 8);
+    std::size_t num_empty = 0;  // Gaussians of cubes without points
+    for (const CubeRecord& cube : tile.cubes) {
+      if (cube.cube_class == CubeClass::kEmpty) num_empty += cube.gaussians.size();
+    }
+    ASSERT_GT(num_empty, 0u);
+    ASSERT_LT(num_empty, 27u);
+    EXPECT_EQ(bytes.size(), 14 + 8 + 64 + 4 * 16 + 27 * 8 - num_empty);
     const TileRecord read = decode_tile(bytes);
     EXPECT_EQ(read.codec, CubeCodec::kQuantized);
     EXPECT_EQ(read.cube_edge, edge);
@@ -224,35 +233,47 @@ TEST(TileCodec, QuantizedTilesReadBackWhatWasWritten) {
 
 // clang-format off
 constexpr char kGoldenQuantizedHex[] =
-    "47445431" "0100" "0100" "0200" "02000000" "000000000000f03f"  // header, edge 1 m
-    "0900" "05" "0c00" "02"                                        // cube 9: poor, populated
-    "803f" "0040" "4040" "8040" "a040"                             // its errors and reach
-    "0807060504030201" "1817161514131211" "0000003f"               // input digest, largest weight
-    "2c01" "12" "0000" "00"                                        // cube 300: failed, not finite
-    "0000" "0000" "0000" "0000" "0000"
-    "0000000000000000" "0000000000000000" "00000000"
+    "47445431" "0200" "0100" "0300" "03000000" "000000000000f03f"  // header, edge 1 m
+    "0002000000000000" "0000000000000000" "0000000000000000" "0001000000000000"  // mask: 9, 200
+    "0000000000100000" "0000000000000000" "0000000000000000" "0000000000000000"  // and 300
+    "05" "0c" "02" "c1" "d1" "e1" "f1" "b1" "060504030201" "007e"  // cube 9: poor, populated
+    "00" "00" "01" "00" "00" "00" "00" "00" "000000000000" "007d"  // cube 200: fitted, empty
+    "12" "00" "00" "00" "00" "00" "00" "00" "000000000000" "0000"  // cube 300: failed, not finite
     "00fe030800f8f7ff"                                           // codes 0 511 0, 1 0 255, 4095
-    "ff018000f8ffff3f";                                          // codes 511 0 32, 0 255 255, −2048
+    "ff018000f8ffff3f"                                           // codes 511 0 32, 0 255 255, −2048
+    "00ff017f400000";                                            // codes 0 255 1, 127 0 1, −1023
 // clang-format on
 
-TEST(TileCodec, WritesTheQuantizedBytesThatTheFormatSpecifies) {
+TileRecord golden_quantized_tile() {
   TileRecord tile = golden_tile();
   tile.codec = CubeCodec::kQuantized;
   tile.cube_edge = 1.0;
-  Gaussians g(2);
-  const double means[2][3] = {{-1.0, 2.0, -1.0}, {2.0, -1.0, mean_of_code(32)}};
-  const int sigmas[2][3] = {{1, 0, 255}, {0, 255, 255}};
-  for (std::size_t k = 0; k < 2; ++k) {
+  const auto put = [](Gaussians& g, std::size_t k, const GaussianGrid& grid,
+                      const std::array<int, 3>& means, const std::array<int, 3>& sigmas,
+                      float weight) {
     for (std::size_t a = 0; a < 3; ++a) {
-      g.at(kMeanX + a, k) = stored_mean(means[k][a], 1.0);
-      g.at(kRootSigmaX + a, k) = stored_root_sigma(sigma_of_code(sigmas[k][a]), 1.0);
+      g.at(kMeanX + a, k) = stored_mean(grid.mean_of_code(means[a]), 1.0);
+      g.at(kRootSigmaX + a, k) = stored_root_sigma(grid.sigma_of_code(sigmas[a]), 1.0);
     }
-  }
-  g.at(kWeight, 0) = 0.5f;
-  g.at(kWeight, 1) = weight_of_code(-2048, 0.5f);
-  tile.cubes[0].gaussians = g;
-  const Bytes bytes = encode_tile(tile);
-  EXPECT_EQ(hex(bytes), kGoldenQuantizedHex);
+    g.at(kWeight, k) = weight;
+  };
+  const GaussianGrid& fine = GaussianGrid::fine();
+  CubeRecord& populated = tile.cubes[0];
+  populated.errors = {1.0f, 2.0f, 4.0f, 8.0f};
+  populated.reach = 0.5f;
+  populated.gaussians = Gaussians(2);
+  put(populated.gaussians, 0, fine, {0, 511, 0}, {1, 0, 255}, 0.5f);
+  put(populated.gaussians, 1, fine, {511, 0, 32}, {0, 255, 255}, fine.weight_of_code(-2048, 0.5f));
+  CubeRecord empty;
+  empty.index = 200;
+  empty.gaussians = Gaussians(1);
+  put(empty.gaussians, 0, GaussianGrid::coarse(), {0, 255, 1}, {127, 0, 1}, -0.25f);
+  tile.cubes.insert(tile.cubes.begin() + 1, empty);
+  return tile;
+}
+
+TEST(TileCodec, WritesTheQuantizedBytesThatTheFormatSpecifies) {
+  EXPECT_EQ(hex(encode_tile(golden_quantized_tile())), kGoldenQuantizedHex);
 }
 
 TEST(TileCodec, RefusesToQuantizeWhatIsNotOnTheGrid) {
@@ -265,9 +286,30 @@ TEST(TileCodec, RefusesToQuantizeWhatIsNotOnTheGrid) {
   expect_refused([](TileRecord& t) { t.cubes[0].gaussians.at(kRootSigmaX, 0) += 1e-5f; });
   expect_refused([](TileRecord& t) { t.cubes[1].gaussians.at(kWeight, 3) += 1e-5f; });
   expect_refused([](TileRecord& t) { t.cubes[0].errors.mae = 0.1f; });
-  expect_refused([](TileRecord& t) { t.cubes[0].num_iterations = 70000; });
+  expect_refused([](TileRecord& t) { t.cubes[0].num_iterations = 256; });
   expect_refused([](TileRecord& t) { t.cubes[0].gaussians = Gaussians(300); });
   expect_refused([](TileRecord& t) { t.cube_edge = 2.0; });
+}
+
+TEST(TileCodec, NamesWhatIsWrongWithDamagedQuantizedBytes) {
+  const Bytes good = encode_tile(golden_quantized_tile());
+  const auto damaged = [&](std::size_t offset, int value) {
+    Bytes bytes = good;
+    bytes[offset] = static_cast<std::byte>(value);
+    return bytes;
+  };
+  constexpr std::size_t kMask = 14 + 8, kRecord = kMask + 64, kGaussian = kRecord + 3 * 16;
+  expect_corrupt(damaged(kMask, 1), "the mask does not hold 3 cubes");
+  expect_corrupt(damaged(kRecord, 3), "cube 9: kind 3");
+  expect_corrupt(damaged(kRecord + 2, 7), "do not add up");
+  expect_corrupt(damaged(kRecord, 1), "size does not match");  // an empty cube's are shorter
+  expect_corrupt(damaged(kGaussian + 16 + 6, 0x40), "cube 200: the scale of its weights");
+  Bytes heavy = damaged(kGaussian + 7, 0xff);
+  heavy[kGaussian + 6] = std::byte{0xff};
+  expect_corrupt(heavy, "cube 9: a weight is out of range");
+  for (std::size_t size = 0; size < good.size(); ++size) {
+    EXPECT_THROW(static_cast<void>(decode_tile(std::span(good).first(size))), Error) << size;
+  }
 }
 
 void expect_to_survive(const Bytes& good) {
@@ -278,7 +320,7 @@ void expect_to_survive(const Bytes& good) {
     const auto flips = 1 + random() % 4;
     for (std::uint32_t i = 0; i < flips; ++i) {
       // Mostly in the header and the records, where a wrong number does harm.
-      const std::size_t range = random() % 2 == 0 ? 14 + 4 * 49 : bytes.size();
+      const std::size_t range = random() % 2 == 0 ? 14 + 8 + 64 + 4 * 16 : bytes.size();
       bytes[random() % range] = static_cast<std::byte>(random());
     }
     if (random() % 4 == 0) bytes.resize(random() % (bytes.size() + 1));
@@ -311,7 +353,7 @@ TEST(TileCodec, ContentDigestSpeaksOfTheFieldAlone) {
               t.cubes[0].cube_class = CubeClass::kUnknown;
               t.cubes[0].num_iterations += 1;
               t.cubes[0].reach += 1.0f;
-              t.cubes[0].input = {};
+              t.cubes[0].input ^= 1;
               t.cubes[2].failure = FailureReason::kNone;
             }));
   const std::function<void(TileRecord&)> changes[] = {

@@ -158,8 +158,8 @@ TEST_F(TrainTest, FitsOnlyCubesWhoseInputsChanged) {
 }
 
 /// The input digest of every stored cube, and of each cube's tile and index.
-std::map<std::pair<TileKey, int>, Digest> inputs_of(Map& map) {
-  std::map<std::pair<TileKey, int>, Digest> inputs;
+std::map<std::pair<TileKey, int>, std::uint64_t> inputs_of(Map& map) {
+  std::map<std::pair<TileKey, int>, std::uint64_t> inputs;
   std::vector<TileKey> keys;
   map.cubes().for_each_state([&](const TileState& state) { keys.push_back(state.key); });
   for (const TileKey& key : keys) {

@@ -16,6 +16,10 @@ struct sqlite3_stmt;
 
 namespace gdfmap::db {
 
+/// Of databases that are made. Half of a page is lost at the end of every blob, and a whole one in
+/// every table that is nearly empty.
+inline constexpr int kPageBytes = 4096;
+
 /// How a database file is opened.
 enum class OpenMode {
   kCreate,    ///< read and write, created when missing

@@ -29,9 +29,9 @@ enum class FitPreset : std::uint8_t { kFast, kBalanced, kBest };
 /// at level n they count 4ⁿ times as much.
 struct FitConfig {
   std::vector<int> populated_steps = {8, 16, 32};  ///< numbers of Gaussians tried, ascending
-  std::vector<int> empty_steps = {4, 8, 16};       ///< the same for cubes without points
+  std::vector<int> empty_steps = {3, 5, 8, 12};    ///< the same for cubes without points
   double mae_threshold = 0.0115;          ///< held-out mean absolute error at which growth ends
-  double empty_mae_threshold = 0.009;     ///< the same for cubes without points
+  double empty_mae_threshold = 0.007;     ///< the same for cubes without points
   double mae_threshold_max = 0.30;        ///< beyond it a cube is marked poor
   double empty_distance_threshold = 2.0;  ///< cubes whose centre is this near to a point are fitted
   int max_iterations = 20;                ///< of the optimiser, for each number of Gaussians
@@ -57,7 +57,7 @@ struct FitConfig {
 };
 
 /// Counts every change of the fit that changes stored bytes; part of what makes a tile stale.
-inline constexpr std::uint32_t kFitVersion = 3;
+inline constexpr std::uint32_t kFitVersion = 4;
 
 /// One step of a ladder may not exceed this: the normal equations have 7 K rows.
 inline constexpr int kMaxGaussians = 64;

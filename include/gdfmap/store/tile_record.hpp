@@ -28,6 +28,11 @@ enum class FailureReason : std::uint8_t {
   kNotFinite = 1,  ///< the fit diverged
 };
 
+/// 48 bits: a cube whose surroundings changed is taken for unchanged once in 3 · 10¹⁴ times.
+inline constexpr std::uint64_t kMaxInputDigest = (std::uint64_t{1} << 48) - 1;
+/// What more iterations are written as by the quantised codec.
+inline constexpr int kMostQuantizedIterations = 255;
+
 /// One attempted cube. It has Gaussians unless it failed, and a FailureReason only if it failed.
 struct CubeRecord {
   int index = 0;  ///< in its tile, see cube_index()
@@ -36,8 +41,8 @@ struct CubeRecord {
   FailureReason failure = FailureReason::kNone;
   int num_iterations = 0;
   CubeErrors errors;
-  float reach = 0.0f;  ///< largest training target, metres: points farther away cannot matter
-  Digest input;        ///< of everything that the fit saw
+  float reach = 0.0f;       ///< largest training target, metres: points farther away cannot matter
+  std::uint64_t input = 0;  ///< digest of everything that the fit saw, at most kMaxInputDigest
   Gaussians gaussians;
 };
 
@@ -55,9 +60,9 @@ struct TileRecord {
   /// key order.
   std::vector<SurroundingTile> surroundings;
   Digest configuration;  ///< of the fit configuration and the fit version
-  /// How its Gaussians are stored. With kQuantized they stand on the grid of the cubes' edge,
-  /// errors and reach have 8 significant bits, and iterations and numbers of Gaussians are below
-  /// 2¹⁶ and 2⁸.
+  /// How its Gaussians are stored. With kQuantized they stand on the GaussianGrid of their cube's
+  /// class, errors and reach on the LengthGrid, and iterations and numbers of Gaussians are below
+  /// 2⁸.
   CubeCodec codec = CubeCodec::kFloat32;
   double cube_edge = 0.0;  ///< metres; wanted for kQuantized alone
   std::vector<CubeRecord> cubes;
