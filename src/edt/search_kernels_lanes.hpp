@@ -119,28 +119,34 @@ struct SearchArithmetic {
 
     void find_worst(int v) { queries[v].worst = largest(Lanes::load(packet.best + v * kW)); }
 
-    /// Compares all samples of a vector with all points of a leaf.
-    void improve(const TreeLeaf& leaf, int v) {
+    /// Compares all samples of a vector with all points of a leaf. Whether one found something nearer.
+    bool improve(const TreeLeaf& leaf, int v) {
       const int offset = v * kW;
       const Lanes x = Lanes::load(packet.xyz[0] + offset), y = Lanes::load(packet.xyz[1] + offset),
                   z = Lanes::load(packet.xyz[2] + offset);
-      Lanes best = Lanes::load(packet.best + offset);
+      const Lanes former = Lanes::load(packet.best + offset);
+      Lanes best = former;
 #pragma GCC unroll 4
       for (int i = 0; i < kTreeWidth; ++i) {
         best = min(best, squared_norm(Lanes(leaf.xyz[0][i]) - x, Lanes(leaf.xyz[1][i]) - y,
                                       Lanes(leaf.xyz[2][i]) - z));
       }
       best.store(packet.best + offset);
+      return bits(best < former) != 0;
     }
 
     /// The same for some samples of the vector, one by one; bit i is lane i.
-    void improve_some(const TreeLeaf& leaf, int v, unsigned lanes) {
+    bool improve_some(const TreeLeaf& leaf, int v, unsigned lanes) {
+      bool has_improved = false;
       for (; lanes != 0; lanes &= lanes - 1) {
         const int i = v * kW + __builtin_ctz(lanes);
         const float nearest =
             nearest_in(leaf, packet.xyz[0][i], packet.xyz[1][i], packet.xyz[2][i]);
-        if (nearest < packet.best[i]) packet.best[i] = nearest;
+        if (!(nearest < packet.best[i])) continue;
+        packet.best[i] = nearest;
+        has_improved = true;
       }
+      return has_improved;
     }
 
     /// The samples of a vector that may find something nearer in a box; bit i is lane i.
@@ -157,11 +163,10 @@ struct SearchArithmetic {
     void visit_leaf(std::uint32_t index, const TreeNode& parent, int child, int v) {
       const unsigned lanes = lanes_near(parent, child, v);
       if (lanes == 0) return;
-      if (__builtin_popcount(lanes) > kFewLanes) {
-        improve(tree.leaves[index], v);
-      } else {
-        improve_some(tree.leaves[index], v, lanes);
-      }
+      const bool has_improved = __builtin_popcount(lanes) > kFewLanes
+                                    ? improve(tree.leaves[index], v)
+                                    : improve_some(tree.leaves[index], v, lanes);
+      if (!has_improved) return;
       packet.leaf = index;
       find_worst(v);
     }

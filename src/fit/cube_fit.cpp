@@ -135,10 +135,13 @@ class Ladder {
   }
 
   void load(std::span<Climber* const> group) {
-    for (std::size_t i = 0; i < group.size(); ++i) {
-      batch_.set_problem(static_cast<int>(i), group[i]->problem());
-      batch_.set_candidate(static_cast<int>(i), group[i]->parameters);
+    std::vector<TensorBatch<float>::LaneProblem> problems;
+    for (const Climber* climber : group) {
+      const auto lane = static_cast<int>(problems.size());
+      problems.push_back({lane, climber->problem()});
+      batch_.set_candidate(lane, climber->parameters);
     }
+    batch_.set_problems(problems);
   }
 
   void optimize(const Climbers& climbers) {

@@ -144,14 +144,25 @@ void TensorBatch<Scalar>::resize(int num_gaussians) {
   impl_->arrays.num_gaussians = num_gaussians;
 }
 
+/// The targets of a sample lie side by side: a few samples at a time for all lanes, so that what is
+/// written to stays in the nearest cache.
 template <typename Scalar>
-void TensorBatch<Scalar>::set_problem(int lane, const CubeProblem& problem) {
-  if (problem.grid != impl_->grid || problem.targets.size() != impl_->grid.size()) {
-    throw Error(ErrorCode::kInternal, "a problem on another grid of samples than its batch");
+void TensorBatch<Scalar>::set_problems(std::span<const LaneProblem> problems) {
+  for (const auto& [lane, problem] : problems) {
+    if (problem.grid != impl_->grid || problem.targets.size() != impl_->grid.size()) {
+      throw Error(ErrorCode::kInternal, "a problem on another grid of samples than its batch");
+    }
   }
-  for (std::size_t i = 0; i < problem.targets.size(); ++i) {
-    impl_->at(impl_->arrays.target, i, lane) =
-        static_cast<Scalar>(problem.scale * static_cast<double>(problem.targets[i]));
+  constexpr std::size_t kSamples = 64;
+  const std::size_t size = impl_->grid.size();
+  for (std::size_t begin = 0; begin < size; begin += kSamples) {
+    const std::size_t end = std::min(begin + kSamples, size);
+    for (const auto& [lane, problem] : problems) {
+      for (std::size_t i = begin; i < end; ++i) {
+        impl_->at(impl_->arrays.target, i, lane) =
+            static_cast<Scalar>(problem.scale * static_cast<double>(problem.targets[i]));
+      }
+    }
   }
 }
 

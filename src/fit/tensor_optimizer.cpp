@@ -54,6 +54,7 @@ class LaneOptimizer {
  private:
   /// Gives every lane that is idle or done the next job.
   void refill() {
+    new_problems_.clear();
     for (std::size_t i = 0; i < lanes_.size(); ++i) {
       Lane<Scalar>& lane = lanes_[i];
       if (lane.job != nullptr && !lane.done) continue;
@@ -63,9 +64,10 @@ class LaneOptimizer {
       lane.job = &waiting_.front();
       waiting_ = waiting_.subspan(1);
       ++num_active_;
-      batch_.set_problem(static_cast<int>(i), lane.job->problem);
+      new_problems_.push_back({static_cast<int>(i), lane.job->problem});
       batch_.set_candidate(static_cast<int>(i), lane.job->parameters);
     }
+    batch_.set_problems(new_problems_);
   }
 
   /// Decides which lanes stay where they were evaluated.
@@ -114,6 +116,7 @@ class LaneOptimizer {
   std::span<OptimizerJob<Scalar>> waiting_;
   OptimizerOptions options_;
   std::vector<Lane<Scalar>> lanes_;
+  std::vector<typename TensorBatch<Scalar>::LaneProblem> new_problems_;
   std::vector<bool> accepted_;
   std::vector<double> damping_;
   int num_active_ = 0;

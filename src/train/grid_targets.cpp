@@ -42,8 +42,11 @@ std::size_t place_in_packet(int x, int y, int z) {
 }  // namespace
 
 GridTargets::GridTargets(const TrainingGrid& grid, int level, std::span<const int> cubes)
-    : grid_(grid), level_(level) {
+    : grid_(grid) {
   if (cubes.empty()) return;
+  for (int i = 0; i < packets_per_side(grid) * kPacket; ++i) {
+    offsets_.push_back(static_cast<int>(grid.offset(i, level)));
+  }
   select_packets(cubes);
   targets_.resize(packets_.size() * kPacketSamples);
 }
@@ -84,13 +87,13 @@ std::span<const std::array<int, 3>> GridTargets::packets_of(std::size_t chunk) c
 
 std::vector<Eigen::Vector3i> GridTargets::samples(std::size_t chunk) const {
   std::vector<Eigen::Vector3i> samples;
+  samples.reserve(packets_of(chunk).size() * kPacketSamples);
   for (const std::array<int, 3>& packet : packets_of(chunk)) {
-    for (const auto& place : places_in_packet()) {
-      Eigen::Vector3i& sample = samples.emplace_back();
-      for (std::size_t a = 0; a < 3; ++a) {
-        sample[static_cast<Eigen::Index>(a)] =
-            static_cast<int>(grid_.offset(packet[a] * kPacket + place[a], level_));
-      }
+    const auto offset = [&](std::size_t axis, int place) {
+      return offsets_[static_cast<std::size_t>(packet[axis] * kPacket + place)];
+    };
+    for (const auto& [x, y, z] : places_in_packet()) {
+      samples.emplace_back(offset(0, x), offset(1, y), offset(2, z));
     }
   }
   return samples;

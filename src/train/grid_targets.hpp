@@ -32,7 +32,7 @@ class GridTargets {
   [[nodiscard]] std::size_t packet_index(int x, int y, int z) const;
 
   TrainingGrid grid_;
-  int level_;
+  std::vector<int> offsets_;  ///< of the tile's samples along an axis, in steps from its minimum
   std::vector<std::array<int, 3>> packets_;  ///< of the tile's samples, that some cube needs
   std::vector<int> slots_;      ///< of every packet of the tile among packets_; or −1
   std::vector<float> targets_;  ///< packet by packet, x slowest

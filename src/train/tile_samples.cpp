@@ -11,6 +11,9 @@
 namespace gdfmap {
 namespace {
 
+/// Cubes whose held-out samples are a chunk: about as many samples as in chunks of targets.
+constexpr std::size_t kHeldOutCubesPerChunk = 4;
+
 const std::vector<std::array<int, 3>>& held_out_places() {
   static const auto places = morton_ordered_grid(kHeldOutPerAxis);
   return places;
@@ -36,7 +39,8 @@ GridTargets TileSamples::make_targets(bool populated) const {
 }
 
 std::size_t TileSamples::num_chunks() const {
-  return populated_targets_.num_chunks() + empty_targets_.num_chunks() + cubes_.size();
+  return populated_targets_.num_chunks() + empty_targets_.num_chunks() +
+         (cubes_.size() + kHeldOutCubesPerChunk - 1) / kHeldOutCubesPerChunk;
 }
 
 std::vector<Eigen::Vector3i> TileSamples::samples(std::size_t chunk) const {
@@ -58,25 +62,37 @@ void TileSamples::keep(std::size_t chunk, std::span<const double> distances) {
   keep_held_out(chunk, metres);
 }
 
-std::vector<Eigen::Vector3i> TileSamples::held_out_samples(std::size_t cube) const {
+std::span<const int> TileSamples::held_out_cubes(std::size_t chunk) const {
+  const std::size_t begin = chunk * kHeldOutCubesPerChunk;
+  return std::span(cubes_).subspan(begin, std::min(kHeldOutCubesPerChunk, cubes_.size() - begin));
+}
+
+std::vector<Eigen::Vector3i> TileSamples::held_out_samples(std::size_t chunk) const {
   const auto edge = static_cast<int>(steps_per_cube(key_.level));
-  const std::array<int, 3> corner = cube_coordinates(cubes_[cube]);
+  std::array<int, kHeldOutPerAxis> offsets;
+  for (int i = 0; i < kHeldOutPerAxis; ++i) {
+    offsets[static_cast<std::size_t>(i)] = static_cast<int>(held_out_offset(i, key_.level));
+  }
   std::vector<Eigen::Vector3i> samples;
-  for (const auto& place : held_out_places()) {
-    Eigen::Vector3i& sample = samples.emplace_back();
-    for (std::size_t a = 0; a < 3; ++a) {
-      sample[static_cast<Eigen::Index>(a)] =
-          corner[a] * edge + static_cast<int>(held_out_offset(place[a], key_.level));
+  for (const int cube : held_out_cubes(chunk)) {
+    const std::array<int, 3> corner = cube_coordinates(cube);
+    for (const auto& place : held_out_places()) {
+      const auto along = [&](std::size_t a) {
+        return corner[a] * edge + offsets[static_cast<std::size_t>(place[a])];
+      };
+      samples.emplace_back(along(0), along(1), along(2));
     }
   }
   return samples;
 }
 
-void TileSamples::keep_held_out(std::size_t cube, std::span<const float> distances) {
+void TileSamples::keep_held_out(std::size_t chunk, std::span<const float> distances) {
   auto next = distances.begin();
-  for (const auto& [x, y, z] : held_out_places()) {
-    held_out_[cube * kNumHeldOut +
-              static_cast<std::size_t>((x * kHeldOutPerAxis + y) * kHeldOutPerAxis + z)] = *next++;
+  float* held_out = held_out_.data() + chunk * kHeldOutCubesPerChunk * kNumHeldOut;
+  for (std::size_t i = 0; i < held_out_cubes(chunk).size(); ++i, held_out += kNumHeldOut) {
+    for (const auto& [x, y, z] : held_out_places()) {
+      held_out[(x * kHeldOutPerAxis + y) * kHeldOutPerAxis + z] = *next++;
+    }
   }
 }
 

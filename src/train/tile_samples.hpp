@@ -41,8 +41,9 @@ class TileSamples {
 
  private:
   [[nodiscard]] GridTargets make_targets(bool populated) const;
-  [[nodiscard]] std::vector<Eigen::Vector3i> held_out_samples(std::size_t cube) const;
-  void keep_held_out(std::size_t cube, std::span<const float> distances);
+  [[nodiscard]] std::span<const int> held_out_cubes(std::size_t chunk) const;
+  [[nodiscard]] std::vector<Eigen::Vector3i> held_out_samples(std::size_t chunk) const;
+  void keep_held_out(std::size_t chunk, std::span<const float> distances);
 
   TileKey key_;
   double step_;  ///< metres

@@ -22,7 +22,7 @@ FitParameters<double> lattice_start(const CubeProblem& problem, int count) {
         std::log(0.5), std::log(0.5), std::log(0.5);
   }
   TensorBatch<double> batch(problem.grid, count);
-  batch.set_problem(0, problem);
+  batch.set_problems({{{0, problem}}});
   batch.set_candidate(0, start);
   batch.evaluate();
   batch.solve_weights(1e-6);

@@ -27,7 +27,7 @@ Parameters example_parameters(Eigen::Index count) {
 /// The reference at given parameters, with its normal equations.
 TensorBatch<double> batch_at(const CubeProblem& problem, const Parameters& parameters) {
   TensorBatch<double> batch(problem.grid, static_cast<int>(parameters.cols()));
-  batch.set_problem(0, problem);
+  batch.set_problems({{{0, problem}}});
   batch.set_candidate(0, parameters);
   batch.evaluate();
   batch.accept({true});
@@ -136,7 +136,7 @@ TEST(TensorBatch, KeepsTheWeightsOfGaussiansThatAreAllTheSame) {
   TensorBatch<float> batch(kPopulatedGrid, 8);
   FitParameters<float> parameters = example_parameters(8).cast<float>();
   for (Eigen::Index k = 1; k < 8; ++k) parameters.col(k) = parameters.col(0);
-  batch.set_problem(0, targets.problem());
+  batch.set_problems({{{0, targets.problem()}}});
   batch.set_candidate(0, parameters);
   batch.evaluate();
   batch.solve_weights(-1e-3);  // surely not positive definite
@@ -150,7 +150,7 @@ TEST(TensorBatch, PursuitFindsAnAtomThatIsThere) {
   });
   TensorBatch<double> batch(kPopulatedGrid, 1);
   batch.resize(0);
-  batch.set_problem(0, targets.problem());
+  batch.set_problems({{{0, targets.problem()}}});
   batch.evaluate();
   batch.resize(1);
   batch.pursue(0, 1);
@@ -171,7 +171,7 @@ TEST(TensorBatch, FloatAgreesWithTheReference) {
   const double cost = batch_at(problem, parameters).cost(0);
   TensorBatch<float> batch(kPopulatedGrid, 8);
   const int lane = batch.num_lanes() - 1;
-  batch.set_problem(lane, problem);
+  batch.set_problems({{{lane, problem}}});
   batch.set_candidate(lane, parameters.cast<float>());
   batch.evaluate();
   EXPECT_NEAR(batch.cost(lane), cost, 1e-5 * cost);

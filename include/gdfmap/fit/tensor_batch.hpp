@@ -45,8 +45,13 @@ class TensorBatch {
   /// else keeps its meaning but the problems and the weighted residuals.
   void resize(int num_gaussians);
 
-  /// @param problem  on the grid of this batch
-  void set_problem(int lane, const CubeProblem& problem);
+  /// What a lane is to solve.
+  struct LaneProblem {
+    int lane;
+    CubeProblem problem;  ///< on the grid of this batch
+  };
+  /// Many at once take less time than one by one.
+  void set_problems(std::span<const LaneProblem> problems);
   /// Where evaluate() goes next. Fewer columns than Gaussians: the rest has no weight.
   void set_candidate(int lane, const Parameters& parameters);
   [[nodiscard]] Parameters candidate(int lane) const;
