@@ -111,8 +111,9 @@ FitConfig FitConfig::preset(FitPreset preset, double cube_size) {
     config.max_iterations = 12;
   } else if (preset == FitPreset::kBest) {
     config.populated_steps = {8, 16, 32, 48};
-    config.empty_steps = {8, 16, 32};
-    config.mae_threshold = config.empty_mae_threshold = 0.006;
+    config.empty_steps = {5, 8, 12, 18, 28};
+    config.mae_threshold = 0.006;
+    config.empty_mae_threshold = 0.0048;
     config.max_iterations = 30;
   }
   config.mae_threshold *= cube_size;
