@@ -99,7 +99,7 @@ TEST_F(SurfacePointsTest, LeaveNoSampleOutAndHaveNoneTwice) {
         }
       }
     }
-    EXPECT_GT(num_found, file.num_vertices() * 9 / 10) << sigmas;
+    EXPECT_GT(num_found, file.num_vertices() * 8 / 10) << sigmas;
   }
 }
 
