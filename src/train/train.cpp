@@ -68,7 +68,13 @@ TileMasks served_cubes(CubeStore& cubes, int level) {
 /// Nothing that is kept is taken on trust: what fails its checksum goes, and is fitted again.
 std::int64_t delete_damaged(CubeStore& cubes, const RunContext& context) {
   const std::vector<std::string> faults = cubes.delete_damaged(context);
-  for (const std::string& fault : faults) context.warn(fault + "; it is fitted again");
+  constexpr std::size_t kMostWarnings = 10;
+  for (const std::string& fault : std::span(faults).first(std::min(faults.size(), kMostWarnings))) {
+    context.warn(fault + "; it is fitted again");
+  }
+  if (faults.size() > kMostWarnings) {
+    context.warn(std::to_string(faults.size() - kMostWarnings) + " more such tiles");
+  }
   return static_cast<std::int64_t>(faults.size());
 }
 
