@@ -62,7 +62,9 @@ class GaussianCode {
   [[nodiscard]] bool decode(std::uint64_t bits, float scale, Gaussians& gaussians,
                             std::size_t k) const {
     for (std::size_t a = 0; a < 3; ++a) {
-      gaussians.at(kMeanX + a, k) = means_[bits >> mean_shift(a) & (means_.size() - 1)];
+      const std::uint64_t mean = bits >> mean_shift(a) & ((1u << grid_.mean_bits()) - 1);
+      if (mean >= means_.size()) return false;
+      gaussians.at(kMeanX + a, k) = means_[mean];
       gaussians.at(kRootSigmaX + a, k) =
           root_sigmas_[bits >> sigma_shift(a) & (root_sigmas_.size() - 1)];
     }
@@ -173,7 +175,7 @@ void get_gaussians(ByteReader& reader, CubeHead& head, const GaussianCodes& code
     std::array<std::byte, sizeof(std::uint64_t)> bytes{};
     std::ranges::copy(reader.get_bytes(grid.num_bytes()), bytes.begin());
     if (!code.decode(load<std::uint64_t>(bytes.data()), head.scale, gaussians, k)) {
-      fail(name_of(head.cube) + ": a weight is out of range");
+      fail(name_of(head.cube) + ": a mean or a weight is out of range");
     }
   }
   // Otherwise the same cube would be written in other bytes.

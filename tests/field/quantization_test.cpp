@@ -42,6 +42,9 @@ TEST_P(GaussianGrids, EveryCodeReadsBackFromWhatIsStored) {
 TEST_P(GaussianGrids, EndWhereTheFitsBoundsDo) {
   EXPECT_EQ(grid_.mean_of_code(0), -1.0);
   EXPECT_EQ(grid_.mean_of_code(grid_.max_mean_code()), 2.0);
+  for (const double place : {0.0, 0.5, 1.0}) {  // the cube's faces and its middle
+    EXPECT_NEAR(grid_.mean_of_code(grid_.mean_code(place)), place, 1e-15);
+  }
   EXPECT_EQ(grid_.sigma_of_code(0), 0.04);
   EXPECT_NEAR(grid_.sigma_of_code(grid_.max_sigma_code()), 4.0, 1e-12);
   EXPECT_EQ(grid_.mean_code(-7.0), 0);

@@ -239,9 +239,9 @@ constexpr char kGoldenQuantizedHex[] =
     "05" "0c" "02" "c1" "d1" "e1" "f1" "b1" "060504030201" "007e"  // cube 9: poor, populated
     "00" "00" "01" "00" "00" "00" "00" "00" "000000000000" "007d"  // cube 200: fitted, empty
     "12" "00" "00" "00" "00" "00" "00" "00" "000000000000" "0000"  // cube 300: failed, not finite
-    "00fe030800f8f7ff"                                           // codes 0 511 0, 1 0 255, 4095
-    "ff018000f8ffff3f"                                           // codes 511 0 32, 0 255 255, −2048
-    "00ff017f400000";                                            // codes 0 255 1, 127 0 1, −1023
+    "00fc030800f8f7ff"                                           // codes 0 510 0, 1 0 255, 4095
+    "fe018000f8ffff3f"                                           // codes 510 0 32, 0 255 255, −2048
+    "00fc017f400000";                                            // codes 0 252 1, 127 0 1, −1023
 // clang-format on
 
 TileRecord golden_quantized_tile() {
@@ -262,12 +262,12 @@ TileRecord golden_quantized_tile() {
   populated.errors = {1.0f, 2.0f, 4.0f, 8.0f};
   populated.reach = 0.5f;
   populated.gaussians = Gaussians(2);
-  put(populated.gaussians, 0, fine, {0, 511, 0}, {1, 0, 255}, 0.5f);
-  put(populated.gaussians, 1, fine, {511, 0, 32}, {0, 255, 255}, fine.weight_of_code(-2048, 0.5f));
+  put(populated.gaussians, 0, fine, {0, 510, 0}, {1, 0, 255}, 0.5f);
+  put(populated.gaussians, 1, fine, {510, 0, 32}, {0, 255, 255}, fine.weight_of_code(-2048, 0.5f));
   CubeRecord empty;
   empty.index = 200;
   empty.gaussians = Gaussians(1);
-  put(empty.gaussians, 0, GaussianGrid::coarse(), {0, 255, 1}, {127, 0, 1}, -0.25f);
+  put(empty.gaussians, 0, GaussianGrid::coarse(), {0, 252, 1}, {127, 0, 1}, -0.25f);
   tile.cubes.insert(tile.cubes.begin() + 1, empty);
   return tile;
 }
@@ -306,7 +306,10 @@ TEST(TileCodec, NamesWhatIsWrongWithDamagedQuantizedBytes) {
   expect_corrupt(damaged(kGaussian + 16 + 6, 0x40), "cube 200: the scale of its weights");
   Bytes heavy = damaged(kGaussian + 7, 0xff);
   heavy[kGaussian + 6] = std::byte{0xff};
-  expect_corrupt(heavy, "cube 9: a weight is out of range");
+  Bytes beyond = damaged(kGaussian, 0xff);  // a mean of 511
+  beyond[kGaussian + 1] |= std::byte{1};
+  expect_corrupt(beyond, "cube 9: a mean or a weight is out of range");
+  expect_corrupt(heavy, "cube 9: a mean or a weight is out of range");
   for (std::size_t size = 0; size < good.size(); ++size) {
     EXPECT_THROW(static_cast<void>(decode_tile(std::span(good).first(size))), Error) << size;
   }

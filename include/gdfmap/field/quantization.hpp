@@ -34,8 +34,9 @@ class GaussianGrid {
     return static_cast<std::size_t>(3 * (mean_bits_ + sigma_bits_) + weight_bits_) / 8;
   }
 
-  /// Codes count from 0, those of weights from −max_weight_code().
-  [[nodiscard]] int max_mean_code() const { return (1 << mean_bits_) - 1; }
+  /// Codes count from 0, those of weights from −max_weight_code(). The largest of a mean is a
+  /// multiple of 6, so that the faces and the middle of the cube are on the grid.
+  [[nodiscard]] int max_mean_code() const { return ((1 << mean_bits_) - 1) / 6 * 6; }
   [[nodiscard]] int max_sigma_code() const { return (1 << sigma_bits_) - 1; }
   [[nodiscard]] int max_weight_code() const { return (1 << (weight_bits_ - 1)) - 1; }
 
