@@ -86,7 +86,9 @@ void Projector::walk(Walkers& walkers, double offset) {
   for (int step = 0; step < kSteps; ++step) {
     for (Walker& walker : walkers) {
       const double slope = std::max(walker.value.gradient.norm(), kLeastSlopeOfStep);
-      walker.position += (offset - walker.value.distance) / slope * unit(walker.value.gradient);
+      const double step = (offset - walker.value.distance) / slope;
+      // Whatever the field says, the points of a batch stay near each other.
+      walker.position += std::clamp(step, -edge_, edge_) * unit(walker.value.gradient);
     }
     evaluate(walkers);
   }
