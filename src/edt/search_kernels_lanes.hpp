@@ -119,7 +119,8 @@ struct SearchArithmetic {
 
     void find_worst(int v) { queries[v].worst = largest(Lanes::load(packet.best + v * kW)); }
 
-    /// Compares all samples of a vector with all points of a leaf. Whether one found something nearer.
+    /// Compares all samples of a vector with all points of a leaf. Whether one found something
+    /// nearer.
     bool improve(const TreeLeaf& leaf, int v) {
       const int offset = v * kW;
       const Lanes x = Lanes::load(packet.xyz[0] + offset), y = Lanes::load(packet.xyz[1] + offset),

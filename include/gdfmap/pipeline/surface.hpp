@@ -59,10 +59,10 @@ struct SurfaceReport {
 /// Streams the samples within `threshold` of the surface to a binary little-endian PLY file, which
 /// appears complete or not at all, in Morton order of their cubes. Properties: x, y, z (double,
 /// metres), distance (float, metres, of the field there); projected ones also nx, ny, nz (float,
-/// unit vector away from the surface on the sample's side) and expected_error (float, metres, NaN where unknown). The field is that of level 0, blended as
-/// everywhere and normalised where cubes are missing. The same bytes for any number of threads, any
-/// memory and instruction set. Holds the list of occupied tiles and `memory_bytes` of tiles and
-/// results.
+/// unit vector away from the surface on the sample's side) and expected_error (float, metres, NaN
+/// where unknown). The field is that of level 0, blended as everywhere and normalised where cubes
+/// are missing. The same bytes for any number of threads, any memory and instruction set. Holds the
+/// list of occupied tiles and `memory_bytes` of tiles and results.
 /// @throws Error kUsage for an option out of range, a name that does not end in .ply, or a region
 ///         that holds nothing of the map; kIo; kInterrupted. An unreadable tile is counted.
 SurfaceReport write_surface_points(const std::shared_ptr<TileSource>& source,

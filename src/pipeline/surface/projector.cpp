@@ -86,9 +86,9 @@ void Projector::walk(Walkers& walkers, double offset) {
   for (int step = 0; step < kSteps; ++step) {
     for (Walker& walker : walkers) {
       const double slope = std::max(walker.value.gradient.norm(), kLeastSlopeOfStep);
-      const double step = (offset - walker.value.distance) / slope;
+      const double length = (offset - walker.value.distance) / slope;
       // Whatever the field says, the points of a batch stay near each other.
-      walker.position += std::clamp(step, -edge_, edge_) * unit(walker.value.gradient);
+      walker.position += std::clamp(length, -edge_, edge_) * unit(walker.value.gradient);
     }
     evaluate(walkers);
   }
