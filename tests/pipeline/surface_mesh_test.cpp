@@ -135,6 +135,14 @@ TEST_F(SurfaceMeshTest, OfABoxAcrossTilesIsClosedAndOnIt) {
   RecordProperty("mean_distance_m", std::to_string(error));
 }
 
+TEST_F(SurfaceMeshTest, OfABoxInCubesOfAMetreIsOnIt) {
+  const test::PlyFile file = mesh(trained("box", 4.0), at(0.04));
+  EXPECT_GE(covered_share(file, "box", 4.0), 0.99);
+  const double error = mean_distance(file, SyntheticScene("box", 4.0));
+  EXPECT_LE(error, 0.015);
+  RecordProperty("mean_distance_m", std::to_string(error));
+}
+
 TEST_F(SurfaceMeshTest, AShellStaysAtTheThresholdAndFacesAway) {
   SurfaceMeshOptions options = at(0.03);
   options.shell = true;
