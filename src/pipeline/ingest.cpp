@@ -15,8 +15,8 @@ namespace {
 /// Figures of BENCHMARK.md's maps, all levels: cubes fitted for each occupied one, bytes and
 /// milliseconds for each of them.
 constexpr double kCandidatesPerOccupiedCube = 4.3;
-constexpr double kBytesPerCube = 130.0;
-constexpr double kMillisecondsPerCube = 1.0;
+constexpr double kBytesPerCube = 80.0;
+constexpr double kMillisecondsPerCube = 0.5;
 
 std::array<double, 16> read_matrix(const std::filesystem::path& path) {
   std::ifstream file(path);
