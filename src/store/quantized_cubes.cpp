@@ -101,11 +101,14 @@ class GaussianCodes {
   GaussianCode fine_, coarse_;
 };
 
-std::array<float*, 5> lengths_of(CubeRecord& cube) {
-  return {&cube.errors.mae, &cube.errors.rmse, &cube.errors.p95, &cube.errors.max, &cube.reach};
+/// @tparam Cube  CubeRecord, const or not
+template <typename Cube>
+auto lengths_of(Cube& cube) {
+  return std::array{&cube.errors.mae, &cube.errors.rmse, &cube.errors.p95, &cube.errors.max,
+                    &cube.reach};
 }
 
-void put_record(ByteWriter& writer, CubeRecord cube, const LengthGrid& grid) {
+void put_record(ByteWriter& writer, const CubeRecord& cube, const LengthGrid& grid) {
   if (cube.num_iterations > kMostQuantizedIterations || cube.gaussians.size() > 0xff) {
     fail_to_write(cube, "is too large for the quantised codec");
   }
