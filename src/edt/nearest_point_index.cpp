@@ -5,7 +5,7 @@
 #include <limits>
 #include <utility>
 
-#include <gdfmap/core/morton.hpp>
+#include <gdfmap/core/hilbert.hpp>
 #include <gdfmap/edt/nearest_point_index.hpp>
 
 #include "search_kernels.hpp"
@@ -15,54 +15,71 @@ namespace {
 
 using Point = NearestPointIndex::Point;
 
-/// Morton cells of 2⁸ steps (31 mm for 1 m cubes): 8 bits an axis, two digits of 12 bits a key.
+/// Cells of 2⁸ steps (31 mm for 1 m cubes): 8 bits an axis, two digits of 12 bits a key.
 constexpr int kCellShift = 8;
+constexpr int kCellBits = 8;
 constexpr int kDigitBits = 12;
 constexpr int kNumDigits = 2;
 
-struct KeyedPoint {
-  std::uint32_t key;
-  std::uint32_t index;
+/// Points that follow each other in one cell.
+struct CellRun {
+  std::uint32_t key;  ///< the cell's place along the Hilbert curve
+  std::uint32_t begin, end;
 };
 
+std::uint32_t cell_key(const Point& p) {
+  return static_cast<std::uint32_t>(
+      hilbert_code({std::uint32_t{p[0]} >> kCellShift, std::uint32_t{p[1]} >> kCellShift,
+                    std::uint32_t{p[2]} >> kCellShift},
+                   kCellBits));
+}
+
+bool in_one_cell(const Point& p, const Point& q) {
+  return ((p[0] ^ q[0]) | (p[1] ^ q[1]) | (p[2] ^ q[2])) >> kCellShift == 0;
+}
+
 /// One stable counting pass over a digit of the key.
-void sort_by_digit(const std::vector<KeyedPoint>& from, std::vector<KeyedPoint>& to, int digit) {
+void sort_by_digit(const std::vector<CellRun>& from, std::vector<CellRun>& to, int digit) {
   constexpr std::uint32_t kMask = (1u << kDigitBits) - 1;
   const int shift = digit * kDigitBits;
   std::vector<std::uint32_t> starts((1u << kDigitBits) + 1);
-  for (const KeyedPoint& p : from) ++starts[(p.key >> shift & kMask) + 1];
+  for (const CellRun& run : from) ++starts[(run.key >> shift & kMask) + 1];
   for (std::size_t i = 1; i < starts.size(); ++i) starts[i] += starts[i - 1];
-  for (const KeyedPoint& p : from) to[starts[p.key >> shift & kMask]++] = p;
+  for (const CellRun& run : from) to[starts[run.key >> shift & kMask]++] = run;
 }
 
-/// Points in the order of their cells; those of a cell keep their order.
-std::vector<KeyedPoint> cell_order(std::span<const Point> points) {
-  std::vector<KeyedPoint> keyed(points.size());
-  bool sorted = true;
-  for (std::size_t i = 0; i < points.size(); ++i) {
-    const auto cell = [&](std::size_t a) { return std::uint64_t{points[i][a]} >> kCellShift; };
-    keyed[i] = {static_cast<std::uint32_t>(morton_code(cell(0), cell(1), cell(2))),
-                static_cast<std::uint32_t>(i)};
-    sorted = sorted && (i == 0 || keyed[i - 1].key <= keyed[i].key);
+/// The points as runs in the order of their cells: few runs where points are dense and come in an
+/// order of their own, as those of a point store do.
+std::vector<CellRun> cell_order(std::span<const Point> points) {
+  std::vector<CellRun> runs;
+  for (std::uint32_t i = 0; i < points.size(); ++i) {
+    if (i == 0 || !in_one_cell(points[i - 1], points[i])) {
+      runs.push_back({cell_key(points[i]), i, i});
+    }
+    ++runs.back().end;
   }
-  if (sorted) return keyed;
-  std::vector<KeyedPoint> buffer(points.size());
+  std::vector<CellRun> buffer(runs.size());
   for (int digit = 0; digit < kNumDigits; ++digit) {
-    sort_by_digit(keyed, buffer, digit);
-    keyed.swap(buffer);
+    sort_by_digit(runs, buffer, digit);
+    runs.swap(buffer);
   }
-  return keyed;
+  return runs;
 }
 
 constexpr std::size_t kWidth = kTreeWidth;
 
 std::vector<TreeLeaf> make_leaves(std::span<const Point> points) {
-  const std::vector<KeyedPoint> order = cell_order(points);
   std::vector<TreeLeaf> leaves((points.size() + kWidth - 1) / kWidth);
-  for (std::size_t i = 0; i < leaves.size() * kWidth; ++i) {
-    const Point& p = points[order[std::min(i, points.size() - 1)].index];
+  const auto put = [&](std::size_t i, const Point& p) {
     for (std::size_t a = 0; a < 3; ++a) leaves[i / kWidth].xyz[a][i % kWidth] = p[a];
+  };
+  std::size_t place = 0;
+  std::uint32_t last = 0;
+  for (const CellRun& run : cell_order(points)) {
+    for (std::uint32_t i = run.begin; i < run.end; ++i) put(place++, points[i]);
+    last = run.end - 1;
   }
+  while (place < leaves.size() * kWidth) put(place++, points[last]);
   return leaves;
 }
 

@@ -53,14 +53,17 @@ struct SearchArithmetic {
     for (int i = 0; i < kTreeWidth; i += kW) {
       within |= bits(Lanes::load(bounds + i) < Lanes(limit)) << i;
     }
-    int count = 0;
+    const int count = __builtin_popcount(within);
     for (; within != 0; within &= within - 1) {
       const int i = __builtin_ctz(within);
-      int place = count++;
-      for (; place > 0 && bounds[order[place - 1]] > bounds[i]; --place) {
-        order[place] = order[place - 1];
+      const Lanes own(bounds[i]);
+      unsigned less = 0, not_greater = 0;
+      for (int j = 0; j < kTreeWidth; j += kW) {
+        const Lanes other = Lanes::load(bounds + j);
+        less |= bits(other < own) << j;
+        not_greater |= bits(other <= own) << j;
       }
-      order[place] = i;
+      order[__builtin_popcount(less | (not_greater & ((1u << i) - 1)))] = i;
     }
     return count;
   }
@@ -76,140 +79,114 @@ struct SearchArithmetic {
     return smallest(nearest);
   }
 
-  /// All samples of a packet on their way through the tree, a vector of them at a time: the samples
-  /// of a vector stand close together, so that the box around them says much.
-  struct PacketSearch {
+  /// A vector of samples of a packet on its way through the tree: they stand close together, so
+  /// that the box around them says much.
+  struct VectorSearch {
     const SearchTree& tree;
     SearchPacket& packet;
-    Query queries[kVectors];
+    const int offset;  ///< of the vector in the packet
+    Query query;
+    std::uint32_t first_leaf;
 
-    PacketSearch(const SearchTree& t, SearchPacket& p) : tree(t), packet(p) {
-      for (int v = 0; v < kVectors; ++v) {
-        for (int a = 0; a < 3; ++a) {
-          const Lanes values = Lanes::load(packet.xyz[a] + v * kW);
-          queries[v].min[a] = smallest(values);
-          queries[v].max[a] = largest(values);
-        }
-        find_worst(v);
+    VectorSearch(const SearchTree& t, SearchPacket& p, int v)
+        : tree(t), packet(p), offset(v * kW), first_leaf(p.leaf) {
+      for (int a = 0; a < 3; ++a) {
+        query.min[a] = smallest(sample(a));
+        query.max[a] = largest(sample(a));
       }
+      query.worst = largest(best());
     }
 
     void run() {
       if (!is_near()) return;
-      for (int v = 0; v < kVectors; ++v) {
-        improve(tree.leaves[packet.leaf], v);
-        find_worst(v);
-      }
-      visit_node(tree.num_levels - 1, 0, (1u << kVectors) - 1);
+      const TreeNode& parent = tree.levels[0][first_leaf / kTreeWidth];
+      visit_leaf(first_leaf, parent, static_cast<int>(first_leaf % kTreeWidth));
+      visit_node(tree.num_levels - 1, 0);
     }
+
+    Lanes sample(int axis) const { return Lanes::load(packet.xyz[axis] + offset); }
+    Lanes best() const { return Lanes::load(packet.best + offset); }
 
     /// Whether a sample may find something nearer in this tree: most know better from another one.
     bool is_near() const {
-      for (const Query& query : queries) {
-        Lanes distance[3];
-        for (int a = 0; a < 3; ++a) {
-          distance[a] = outside(Lanes(tree.min[a]), Lanes(tree.max[a]), Lanes(query.min[a]),
-                                Lanes(query.max[a]));
-        }
-        const Lanes bound = squared_norm(distance[0], distance[1], distance[2]);
-        if (bits(bound < Lanes(query.worst)) != 0) return true;
+      Lanes distance[3];
+      for (int a = 0; a < 3; ++a) {
+        distance[a] = outside(Lanes(tree.min[a]), Lanes(tree.max[a]), Lanes(query.min[a]),
+                              Lanes(query.max[a]));
       }
-      return false;
+      const Lanes bound = squared_norm(distance[0], distance[1], distance[2]);
+      return bits(bound < Lanes(query.worst)) != 0;
     }
 
-    void find_worst(int v) { queries[v].worst = largest(Lanes::load(packet.best + v * kW)); }
+    /// The samples that may find something nearer in a box; bit i is lane i.
+    unsigned lanes_near(const TreeNode& parent, int child) const {
+      Lanes distance[3];
+      for (int a = 0; a < 3; ++a) {
+        distance[a] =
+            outside(Lanes(parent.min[a][child]), Lanes(parent.max[a][child]), sample(a), sample(a));
+      }
+      return bits(squared_norm(distance[0], distance[1], distance[2]) < best());
+    }
 
-    /// Compares all samples of a vector with all points of a leaf. Whether one found something
-    /// nearer.
-    bool improve(const TreeLeaf& leaf, int v) {
-      const int offset = v * kW;
-      const Lanes x = Lanes::load(packet.xyz[0] + offset), y = Lanes::load(packet.xyz[1] + offset),
-                  z = Lanes::load(packet.xyz[2] + offset);
-      const Lanes former = Lanes::load(packet.best + offset);
-      Lanes best = former;
+    /// Compares all samples with all points of a leaf. Whether one found something nearer.
+    bool improve(const TreeLeaf& leaf) {
+      const Lanes x = sample(0), y = sample(1), z = sample(2), former = best();
+      Lanes nearest = former;
 #pragma GCC unroll 4
       for (int i = 0; i < kTreeWidth; ++i) {
-        best = min(best, squared_norm(Lanes(leaf.xyz[0][i]) - x, Lanes(leaf.xyz[1][i]) - y,
-                                      Lanes(leaf.xyz[2][i]) - z));
+        nearest = min(nearest, squared_norm(Lanes(leaf.xyz[0][i]) - x, Lanes(leaf.xyz[1][i]) - y,
+                                            Lanes(leaf.xyz[2][i]) - z));
       }
-      best.store(packet.best + offset);
-      return bits(best < former) != 0;
+      nearest.store(packet.best + offset);
+      return bits(nearest < former) != 0;
     }
 
-    /// The same for some samples of the vector, one by one; bit i is lane i.
-    bool improve_some(const TreeLeaf& leaf, int v, unsigned lanes) {
+    /// The same for some samples, one by one; bit i is lane i.
+    bool improve_some(const TreeLeaf& leaf, unsigned lanes) {
       bool has_improved = false;
       for (; lanes != 0; lanes &= lanes - 1) {
-        const int i = v * kW + __builtin_ctz(lanes);
+        const int i = offset + __builtin_ctz(lanes);
         const float nearest =
             nearest_in(leaf, packet.xyz[0][i], packet.xyz[1][i], packet.xyz[2][i]);
-        if (!(nearest < packet.best[i])) continue;
-        packet.best[i] = nearest;
-        has_improved = true;
+        const float former = packet.best[i];
+        const bool is_nearer = nearest < former;
+        packet.best[i] = is_nearer ? nearest : former;
+        has_improved |= is_nearer;
       }
       return has_improved;
     }
 
-    /// The samples of a vector that may find something nearer in a box; bit i is lane i.
-    unsigned lanes_near(const TreeNode& parent, int child, int v) const {
-      Lanes distance[3];
-      for (int a = 0; a < 3; ++a) {
-        const Lanes p = Lanes::load(packet.xyz[a] + v * kW);
-        distance[a] = outside(Lanes(parent.min[a][child]), Lanes(parent.max[a][child]), p, p);
-      }
-      const Lanes bound = squared_norm(distance[0], distance[1], distance[2]);
-      return bits(bound < Lanes::load(packet.best + v * kW));
-    }
-
-    void visit_leaf(std::uint32_t index, const TreeNode& parent, int child, int v) {
-      const unsigned lanes = lanes_near(parent, child, v);
+    void visit_leaf(std::uint32_t index, const TreeNode& parent, int child) {
+      const unsigned lanes = lanes_near(parent, child);
       if (lanes == 0) return;
       const bool has_improved = __builtin_popcount(lanes) > kFewLanes
-                                    ? improve(tree.leaves[index], v)
-                                    : improve_some(tree.leaves[index], v, lanes);
+                                    ? improve(tree.leaves[index])
+                                    : improve_some(tree.leaves[index], lanes);
       if (!has_improved) return;
       packet.leaf = index;
-      find_worst(v);
+      query.worst = largest(best());
     }
 
-    /// @param vectors  those that may find something nearer in the node; bit v is vector v
-    void visit_node(int level, std::uint32_t index, unsigned vectors) {
+    void visit_node(int level, std::uint32_t index) {
       const TreeNode& node = tree.levels[level][index];
-      alignas(64) float bounds[kVectors][kTreeWidth];
-      alignas(64) float least[kTreeWidth];
-      for (float& bound : least) bound = kInfinity;
-      for (unsigned rest = vectors; rest != 0; rest &= rest - 1) {
-        const int v = __builtin_ctz(rest);
-        bound_children(node, queries[v], bounds[v]);
-        // Beyond the worst of the vector: not worth a visit.
-        for (int i = 0; i < kTreeWidth; i += kW) {
-          const Lanes bound = Lanes::load(bounds[v] + i);
-          const Lanes kept = select(bound < Lanes(queries[v].worst), bound, Lanes(kInfinity));
-          min(Lanes::load(least + i), kept).store(least + i);
-        }
-      }
+      alignas(64) float bounds[kTreeWidth];
+      bound_children(node, query, bounds);
       int order[kTreeWidth];
-      const int count = nearest_first(least, kInfinity, order);
-      for (int j = 0; j < count; ++j) {
+      const int count = nearest_first(bounds, query.worst, order);
+      for (int j = 0; j < count && bounds[order[j]] < query.worst; ++j) {
         const int child = order[j];
         const std::uint32_t below = index * kTreeWidth + static_cast<std::uint32_t>(child);
-        unsigned near = 0;
-        for (unsigned rest = vectors; rest != 0; rest &= rest - 1) {
-          const int v = __builtin_ctz(rest);
-          if (!(bounds[v][child] < queries[v].worst)) continue;
-          if (level == 0) {
-            visit_leaf(below, node, child, v);
-          } else if (lanes_near(node, child, v) != 0) {
-            near |= 1u << v;
-          }
+        if (level == 0) {
+          if (below != first_leaf) visit_leaf(below, node, child);
+        } else if (lanes_near(node, child) != 0) {
+          visit_node(level - 1, below);
         }
-        if (near != 0) visit_node(level - 1, below, near);
       }
     }
   };
 
   static void search_packet(const SearchTree& tree, SearchPacket& packet) {
-    PacketSearch(tree, packet).run();
+    for (int v = 0; v < kVectors; ++v) VectorSearch(tree, packet, v).run();
   }
 
   struct SingleSearch {

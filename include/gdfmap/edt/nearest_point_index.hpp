@@ -28,7 +28,7 @@ enum class SampleOrder {
 /// instruction set, and the box bounds, rounded by the same monotone operations, never exceed it:
 /// pruning needs no slack.
 ///
-/// Points are Morton-sorted into leaves of 16, under a tree of 16-wide boxes. Immutable after
+/// Points are sorted along a Hilbert curve into leaves of 16, under a tree of 16-wide boxes. Immutable after
 /// construction; thread-safe.
 class NearestPointIndex {
  public:
