@@ -1,7 +1,6 @@
 // Exact distances: building the index and looking up a cube's 12³ samples, beside nanoflann.
 
 #include <cstdint>
-#include <limits>
 
 #include <benchmark/benchmark.h>
 #include <nanoflann.hpp>
@@ -14,7 +13,7 @@ namespace gdfmap {
 namespace {
 
 using Points = std::vector<NearestPointIndex::Point>;
-using Samples = std::vector<Eigen::Vector3f>;
+using Samples = std::vector<Eigen::Vector3i>;
 
 /// Points of a room of 6 m, in steps from its corner.
 Points room_points(std::size_t count) {
@@ -42,8 +41,8 @@ Samples samples() {
       // Morton order within the packet.
       const auto at = [&](int p, int bit) {
         const int n = 4 * p + (i >> bit & 1) + 2 * (i >> (bit + 3) & 1);
-        return static_cast<float>(kStepsPerCubeAxis +
-                                  kPopulatedGrid.offset(n + kPopulatedGrid.margin, 0));
+        return static_cast<int>(kStepsPerCubeAxis +
+                                kPopulatedGrid.offset(n + kPopulatedGrid.margin, 0));
       };
       result.emplace_back(at(packet / (kPackets * kPackets), 2),
                           at(packet / kPackets % kPackets, 1), at(packet % kPackets, 0));
@@ -92,9 +91,9 @@ void query_index(benchmark::State& state, SampleOrder order) {
   const NearestPointIndex index(room_points(1'000'000));
   const Samples places = samples();
   for (auto _ : state) {
-    std::vector<float> best(places.size(), std::numeric_limits<float>::infinity());
-    index.update(places, order, best);
-    benchmark::DoNotOptimize(best);
+    std::vector<SamplePacket> packets = make_packets(places);
+    index.update(packets, Eigen::Vector3f::Zero(), order);
+    benchmark::DoNotOptimize(packets);
   }
   state.SetItemsProcessed(state.iterations() * static_cast<std::int64_t>(places.size()));
 }
@@ -108,7 +107,8 @@ void query_nanoflann(benchmark::State& state) {
   tree.buildIndex();
   const Samples places = samples();
   for (auto _ : state) {
-    for (const Eigen::Vector3f& p : places) {
+    for (const Eigen::Vector3i& place : places) {
+      const Eigen::Vector3f p = place.cast<float>();
       std::uint32_t nearest = 0;
       float squared = 0.0f;
       tree.knnSearch(p.data(), 1, &nearest, &squared);

@@ -118,6 +118,23 @@ std::vector<TreeNode> make_nodes(Boxes& boxes) {
 
 }  // namespace
 
+std::vector<SamplePacket> make_packets(std::span<const Eigen::Vector3i> samples) {
+  constexpr std::size_t kSize = SamplePacket::kSize;
+  std::vector<SamplePacket> packets((samples.size() + kSize - 1) / kSize);
+  for (SamplePacket& packet : packets) {
+    packet.count = std::min(samples.size(), kSize);
+    for (std::size_t i = 0; i < kSize; ++i) {
+      const Eigen::Vector3i& sample = samples[std::min(i, packet.count - 1)];
+      for (std::size_t a = 0; a < 3; ++a) {
+        packet.xyz[a][i] = static_cast<float>(sample[static_cast<Eigen::Index>(a)]);
+      }
+      packet.best_squared[i] = i < packet.count ? std::numeric_limits<float>::infinity() : 0.0f;
+    }
+    samples = samples.subspan(packet.count);
+  }
+  return packets;
+}
+
 struct NearestPointIndex::Tree {
   const SearchKernels* kernels = nullptr;
   Eigen::AlignedBox3f bounds;
@@ -155,28 +172,26 @@ std::size_t NearestPointIndex::memory_bytes() const {
   return bytes;
 }
 
-void NearestPointIndex::update(std::span<const Eigen::Vector3f> samples, SampleOrder order,
-                               std::span<float> best_squared) const {
+void NearestPointIndex::update(std::span<SamplePacket> packets, const Eigen::Vector3f& corner,
+                               SampleOrder order) const {
   if (tree_->leaves.empty()) return;
-  constexpr std::size_t kSize = SearchPacket::kSize;
-  SearchPacket packet;
-  for (std::size_t begin = 0; begin < samples.size(); begin += kSize) {
-    const std::size_t count = std::min(kSize, samples.size() - begin);
-    for (std::size_t i = 0; i < kSize; ++i) {
-      const std::size_t sample = begin + std::min(i, count - 1);
-      for (std::size_t a = 0; a < 3; ++a) {
-        packet.xyz[a][i] = samples[sample][static_cast<Eigen::Index>(a)];
+  SearchPacket search;
+  for (SamplePacket& packet : packets) {
+    for (std::size_t a = 0; a < 3; ++a) {
+      const float from = corner[static_cast<Eigen::Index>(a)];
+      for (std::size_t i = 0; i < SamplePacket::kSize; ++i) {
+        search.xyz[a][i] = packet.xyz[a][i] - from;
       }
-      packet.best[i] = best_squared[sample];
     }
+    std::ranges::copy(packet.best_squared, search.best);
     if (order == SampleOrder::kPackets) {
-      tree_->kernels->search_packet(tree_->view, packet);
+      tree_->kernels->search_packet(tree_->view, search);
     } else {
-      for (std::size_t i = 0; i < count; ++i) {
-        tree_->kernels->search_one(tree_->view, packet, static_cast<int>(i));
+      for (std::size_t i = 0; i < packet.count; ++i) {
+        tree_->kernels->search_one(tree_->view, search, static_cast<int>(i));
       }
     }
-    std::copy_n(packet.best, count, best_squared.begin() + static_cast<std::ptrdiff_t>(begin));
+    std::ranges::copy(search.best, packet.best_squared);
   }
 }
 

@@ -4,6 +4,7 @@
 #include <cstdint>
 
 #include <gdfmap/core/instruction_set.hpp>
+#include <gdfmap/edt/nearest_point_index.hpp>
 
 namespace gdfmap {
 
@@ -29,9 +30,10 @@ struct SearchTree {
   float min[3] = {}, max[3] = {};  ///< box of all points
 };
 
-/// Samples that are searched for together, and their squared distances so far.
+/// A packet of samples, in steps from the corner of the points' tile, and their squared distances
+/// so far.
 struct alignas(64) SearchPacket {
-  static constexpr int kSize = 64;
+  static constexpr int kSize = SamplePacket::kSize;
   float xyz[3][kSize];
   float best[kSize];
   /// The leaf that held the last improvement: a good first guess for a neighbouring packet.

@@ -24,11 +24,7 @@ constexpr std::int64_t kMaxRing = 4;
 class Search {
  public:
   Search(const LatticePoint& origin, std::span<const Eigen::Vector3i> samples, SampleOrder order)
-      : origin_(origin),
-        samples_(samples),
-        order_(order),
-        relative_(samples.size()),
-        best_squared_(samples.size(), std::numeric_limits<float>::infinity()) {
+      : origin_(origin), packets_(make_packets(samples)), order_(order) {
     for (const Eigen::Vector3i& s : samples) bounds_.extend(s);
   }
 
@@ -53,19 +49,22 @@ class Search {
   }
 
   void visit(const TileKey& tile, const NearestPointIndex& index) {
-    const Eigen::Vector3d offset = offset_of(tile);
-    for (std::size_t i = 0; i < samples_.size(); ++i) {
-      relative_[i] = (samples_[i].cast<double>() - offset).cast<float>();
+    index.update(packets_, offset_of(tile).cast<float>(), order_);
+    float worst_squared = 0.0f;
+    for (const SamplePacket& packet : packets_) {
+      worst_squared = std::max(worst_squared, *std::ranges::max_element(packet.best_squared));
     }
-    index.update(relative_, order_, best_squared_);
-    worst_ = std::sqrt(
-        static_cast<double>(*std::max_element(best_squared_.begin(), best_squared_.end())));
+    worst_ = std::sqrt(static_cast<double>(worst_squared));
   }
 
   [[nodiscard]] std::vector<double> distances() const {
-    std::vector<double> result(best_squared_.size());
-    std::transform(best_squared_.begin(), best_squared_.end(), result.begin(),
-                   [](float squared) { return std::sqrt(static_cast<double>(squared)); });
+    std::vector<double> result;
+    result.reserve(packets_.size() * SamplePacket::kSize);
+    for (const SamplePacket& packet : packets_) {
+      for (std::size_t i = 0; i < packet.count; ++i) {
+        result.push_back(std::sqrt(static_cast<double>(packet.best_squared[i])));
+      }
+    }
     return result;
   }
 
@@ -82,10 +81,8 @@ class Search {
   }
 
   LatticePoint origin_;
-  std::span<const Eigen::Vector3i> samples_;
+  std::vector<SamplePacket> packets_;
   SampleOrder order_;
-  std::vector<Eigen::Vector3f> relative_;  // to the corner of the tile that is visited
-  std::vector<float> best_squared_;
   double worst_ = std::numeric_limits<double>::infinity();  // only a visit changes it
   Eigen::AlignedBox3i bounds_;
 };

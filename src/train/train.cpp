@@ -21,8 +21,9 @@ namespace {
 
 /// Tiles whose cubes are fitted side by side and committed together.
 constexpr std::size_t kMaxWindowTiles = 16;
-/// Cubes that one task fits: enough to keep the lanes of a vector register busy.
-constexpr std::size_t kCubesPerTask = 96;
+/// Cubes that one task fits: the more, the longer all lanes of a vector register are busy, also on
+/// the last steps of the ladder, which few cubes need.
+constexpr std::size_t kFewestCubesPerTask = 48, kMostCubesPerTask = 640;
 /// What a tile of a window holds at most: samples of 512 cubes, lattice and results.
 constexpr std::size_t kTileBytes = std::size_t{8} << 20;
 /// Of the samples of a chunk, while they are looked up together with those of others.
@@ -269,26 +270,38 @@ class LevelTrainer {
     for (Slot& slot : slots) {
       if (slot.is_stale) stale.push_back(&slot);
     }
-    std::stable_partition(stale.begin(), stale.end(), [](const Slot* s) { return s->populated; });
-    const std::size_t num_tasks = (stale.size() + kCubesPerTask - 1) / kCubesPerTask;
-    parallel_for(num_tasks, context_.threads(), [&](std::size_t task) {
+    const auto empty =
+        std::ranges::stable_partition(stale, [](const Slot* s) { return s->populated; });
+    std::vector<std::span<Slot* const>> tasks;
+    add_tasks({stale.begin(), empty.begin()}, tasks);
+    add_tasks(empty, tasks);
+    parallel_for(tasks.size(), context_.threads(), [&](std::size_t i) {
       if (context_.stop_requested()) return;
-      const std::size_t begin = task * kCubesPerTask;
-      const auto group =
-          std::span(stale).subspan(begin, std::min(kCubesPerTask, stale.size() - begin));
       std::vector<CubeJob> jobs;
       std::vector<std::uint64_t> inputs;
-      for (const Slot* slot : group) {
+      for (const Slot* slot : tasks[i]) {
         jobs.push_back(job_of(*slot, works));
         inputs.push_back(slot->input);
       }
       const auto fitter = fitters_.borrow([&] { return std::make_unique<CubeFitter>(config_); });
       std::vector<CubeRecord> records = gdfmap::run(jobs, inputs, config_, *fitter);
-      for (std::size_t i = 0; i < group.size(); ++i) {
-        group[i]->record = std::move(records[i]);
-        group[i]->done = true;
+      for (std::size_t k = 0; k < records.size(); ++k) {
+        tasks[i][k]->record = std::move(records[k]);
+        tasks[i][k]->done = true;
       }
     });
+  }
+
+  /// Cuts cubes of one class into tasks of equal size, as many for each thread.
+  void add_tasks(std::span<Slot* const> cubes, std::vector<std::span<Slot* const>>& tasks) const {
+    const auto divided = [](std::size_t a, std::size_t b) { return (a + b - 1) / b; };
+    const auto threads = static_cast<std::size_t>(context_.threads());
+    const std::size_t wanted = divided(divided(cubes.size(), kMostCubesPerTask), threads) * threads;
+    const std::size_t count = std::min(wanted, divided(cubes.size(), kFewestCubesPerTask));
+    for (std::size_t i = 0; i < count; ++i) {
+      const std::size_t begin = i * cubes.size() / count, end = (i + 1) * cubes.size() / count;
+      tasks.push_back(cubes.subspan(begin, end - begin));
+    }
   }
 
   /// Stores the tiles of which every cube is done: all of them unless a stop was requested.

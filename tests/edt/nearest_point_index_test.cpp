@@ -12,7 +12,7 @@ namespace gdfmap {
 namespace {
 
 using Points = std::vector<NearestPointIndex::Point>;
-using Samples = std::vector<Eigen::Vector3f>;
+using Samples = std::vector<Eigen::Vector3i>;
 
 class Coordinates {
  public:
@@ -39,7 +39,7 @@ Samples random_samples(std::size_t count, std::uint32_t seed, int low = -131072,
   Coordinates next(seed);
   Samples samples(count);
   for (auto& s : samples) {
-    for (float& v : s) v = static_cast<float>(next(low, high));
+    for (int& v : s) v = next(low, high);
   }
   return samples;
 }
@@ -57,27 +57,42 @@ Samples lattice_samples(int spacing) {
   return samples;
 }
 
-float brute_force(const Points& points, const Eigen::Vector3f& p) {
+float brute_force(const Points& points, const Eigen::Vector3i& p) {
   float best = std::numeric_limits<float>::infinity();
   for (const auto& q : points) {
-    const float dx = q[0] - p.x(), dy = q[1] - p.y(), dz = q[2] - p.z();
+    const auto dx = static_cast<float>(q[0] - p.x()), dy = static_cast<float>(q[1] - p.y()),
+               dz = static_cast<float>(q[2] - p.z());
     best = std::min(best, std::fma(dz, dz, std::fma(dy, dy, dx * dx)));
   }
   return best;
 }
 
-/// For every instruction set, sample by sample and in packets.
+std::vector<float> best_of(const std::vector<SamplePacket>& packets) {
+  std::vector<float> best;
+  for (const SamplePacket& packet : packets) {
+    best.insert(best.end(), packet.best_squared, packet.best_squared + packet.count);
+  }
+  return best;
+}
+
+/// For every instruction set, sample by sample and in packets, with the samples' origin in the
+/// corner of the points' tile and far from it.
 void expect_exact(const Points& points, const Samples& samples) {
   std::vector<float> expected;
-  for (const Eigen::Vector3f& s : samples) expected.push_back(brute_force(points, s));
+  for (const Eigen::Vector3i& s : samples) expected.push_back(brute_force(points, s));
   for (const InstructionSet set :
        {InstructionSet::kPortable, InstructionSet::kAvx2, InstructionSet::kAvx512}) {
     if (!is_supported(set)) continue;
     const NearestPointIndex index(points, set);
     for (const SampleOrder order : {SampleOrder::kScattered, SampleOrder::kPackets}) {
-      std::vector<float> best(samples.size(), std::numeric_limits<float>::infinity());
-      index.update(samples, order, best);
-      EXPECT_EQ(best, expected) << name_of(set);
+      for (const Eigen::Vector3i& corner :
+           {Eigen::Vector3i(0, 0, 0), Eigen::Vector3i(65536, -131072, 1 << 20)}) {
+        Samples moved = samples;
+        for (Eigen::Vector3i& s : moved) s += corner;
+        std::vector<SamplePacket> packets = make_packets(moved);
+        index.update(packets, corner.cast<float>(), order);
+        EXPECT_EQ(best_of(packets), expected) << name_of(set);
+      }
     }
   }
 }
@@ -116,18 +131,19 @@ TEST(NearestPointIndex, OnlyLowersWhatIsAlreadyKnown) {
   const NearestPointIndex index(Points{{100, 100, 100}});
   const Samples samples = {{100, 100, 110}, {100, 100, 200}};
   for (const SampleOrder order : {SampleOrder::kScattered, SampleOrder::kPackets}) {
-    std::vector<float> best = {50.0f, 1e6f};
-    index.update(samples, order, best);
-    EXPECT_EQ(best[0], 50.0f);
-    EXPECT_EQ(best[1], 10000.0f);
+    std::vector<SamplePacket> packets = make_packets(samples);
+    packets[0].best_squared[0] = 50.0f;
+    packets[0].best_squared[1] = 1e6f;
+    index.update(packets, Eigen::Vector3f::Zero(), order);
+    EXPECT_EQ(best_of(packets), (std::vector{50.0f, 10000.0f}));
   }
 }
 
 TEST(NearestPointIndex, WithoutPointsChangesNothing) {
   const NearestPointIndex index(Points{});
-  std::vector<float> best = {3.0f};
-  index.update(Samples{{0, 0, 0}}, SampleOrder::kPackets, best);
-  EXPECT_EQ(best[0], 3.0f);
+  std::vector<SamplePacket> packets = make_packets(Samples{{0, 0, 0}});
+  index.update(packets, Eigen::Vector3f::Zero(), SampleOrder::kPackets);
+  EXPECT_EQ(best_of(packets), std::vector{std::numeric_limits<float>::infinity()});
 }
 
 }  // namespace

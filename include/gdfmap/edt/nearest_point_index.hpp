@@ -20,6 +20,18 @@ enum class SampleOrder {
   kPackets,    ///< runs of 64 stand next to each other and are searched for together
 };
 
+/// Up to 64 samples and the nearest that is known of each.
+struct alignas(64) SamplePacket {
+  static constexpr std::size_t kSize = 64;
+  float xyz[3][kSize];  ///< whole steps from an origin; places beyond the count repeat the last
+  float best_squared[kSize];  ///< steps²; infinity at first, 0 beyond the count
+  std::size_t count;
+};
+
+/// Samples, in whole steps within ±2²⁴, in packets of 64 as they come; nothing is known of them
+/// yet.
+[[nodiscard]] std::vector<SamplePacket> make_packets(std::span<const Eigen::Vector3i> samples);
+
 /// Exact squared distances to the nearest of up to a few million points.
 ///
 /// Coordinates are whole quantisation steps from the minimum corner of the points' level-0 tile:
@@ -28,8 +40,8 @@ enum class SampleOrder {
 /// instruction set, and the box bounds, rounded by the same monotone operations, never exceed it:
 /// pruning needs no slack.
 ///
-/// Points are sorted along a Hilbert curve into leaves of 16, under a tree of 16-wide boxes. Immutable after
-/// construction; thread-safe.
+/// Points are sorted along a Hilbert curve into leaves of 16, under a tree of 16-wide boxes.
+/// Immutable after construction; thread-safe.
 class NearestPointIndex {
  public:
   using Point = std::array<std::uint16_t, 3>;
@@ -43,10 +55,10 @@ class NearestPointIndex {
   [[nodiscard]] const Eigen::AlignedBox3f& bounds() const;
   [[nodiscard]] std::size_t memory_bytes() const;
 
-  /// best_squared[i] = min(best_squared[i], squared distance from samples[i] to the nearest point),
-  /// in steps².
-  void update(std::span<const Eigen::Vector3f> samples, SampleOrder order,
-              std::span<float> best_squared) const;
+  /// Lowers best_squared to the squared distance to the nearest point where that is less.
+  /// @param corner  of the points' tile, from the samples' origin, in steps
+  void update(std::span<SamplePacket> packets, const Eigen::Vector3f& corner,
+              SampleOrder order) const;
 
  private:
   struct Tree;
