@@ -69,6 +69,7 @@ struct FitArrays {
   Scalar* candidate = nullptr;          ///< [7 K]: where basis and residual were taken
   Scalar* basis = nullptr;              ///< [axis][K][kind][n]
   Scalar* weighted_residual = nullptr;  ///< [n³]: ω (model − target)
+  Scalar* contraction = nullptr;        ///< [axis][K][n]: of the residual, along the other axes
   Scalar* normal_matrix = nullptr;      ///< [matrix_size(7 K)]
   Scalar* gradient = nullptr;           ///< [7 K]: Jᵀr
   Scalar* factor = nullptr;             ///< [matrix_size(7 K)]

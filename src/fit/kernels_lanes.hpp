@@ -155,28 +155,46 @@ struct FitArithmetic : LaneArrays<Lanes> {
     }
   }
 
-  /// Contractions of the weighted residual with the values of Gaussian k: over z into a plane of x
-  /// and y, and over x and y into a row along z.
-  static void contract(const Arrays& w, int k, Lanes (&plane)[kN][kN], Lanes (&row)[kN]) {
+  /// The weighted residual contracted with the values of Gaussian k along the other two axes.
+  static Scalar* contraction(const Arrays& w, int axis, int k) {
+    return w.contraction + (axis * w.num_gaussians + k) * kN * kW;
+  }
+
+  /// Adds the plane of the residual at one x to the contractions of Gaussian k.
+  static void contract_plane(const Arrays& w, int x, int k) {
+    const Scalar* const along_y = basis(w, 1, k, 0);
     const Scalar* const along_z = basis(w, 2, k, 0);
-    for (int z = 0; z < kN; ++z) row[z] = Lanes(0);
-    for (int x = 0; x < kN; ++x) {
-      const Lanes value_x = at(basis(w, 0, k, 0), x);
-      for (int y = 0; y < kN; ++y) {
-        const Lanes factor = value_x * at(basis(w, 1, k, 0), y);
-        const Scalar* const residual = w.weighted_residual + (x * kN + y) * kN * kW;
-        // Two sums, for shorter chains of dependent additions.
-        Lanes even(0), odd(0);
+    Scalar* const over_xz = contraction(w, 1, k);
+    Scalar* const over_xy = contraction(w, 2, k);
+    const Lanes value_x = at(basis(w, 0, k, 0), x);
+    Lanes over_yz(0), row[kN];
+    for (int z = 0; z < kN; ++z) row[z] = at(over_xy, z);
+    for (int y = 0; y < kN; ++y) {
+      const Lanes value_y = at(along_y, y), factor = value_x * value_y;
+      const Scalar* const residual = w.weighted_residual + (x * kN + y) * kN * kW;
+      // Two sums, for shorter chains of dependent additions.
+      Lanes even(0), odd(0);
 #pragma GCC unroll 8
-        for (int z = 0; z < kN; z += 2) {
-          const Lanes r0 = at(residual, z), r1 = at(residual, z + 1);
-          even = fma(r0, at(along_z, z), even);
-          odd = fma(r1, at(along_z, z + 1), odd);
-          row[z] = fma(factor, r0, row[z]);
-          row[z + 1] = fma(factor, r1, row[z + 1]);
-        }
-        plane[x][y] = even + odd;
+      for (int z = 0; z < kN; z += 2) {
+        const Lanes r0 = at(residual, z), r1 = at(residual, z + 1);
+        even = fma(r0, at(along_z, z), even);
+        odd = fma(r1, at(along_z, z + 1), odd);
+        row[z] = fma(factor, r0, row[z]);
+        row[z + 1] = fma(factor, r1, row[z + 1]);
       }
+      const Lanes over_z = even + odd;
+      over_yz = fma(over_z, value_y, over_yz);
+      put(over_xz, y, fma(value_x, over_z, at(over_xz, y)));
+    }
+    for (int z = 0; z < kN; ++z) put(over_xy, z, row[z]);
+    put(contraction(w, 0, k), x, over_yz);
+  }
+
+  /// Plane by plane for all Gaussians: a plane stays in the nearest cache, all of them do not.
+  static void contract(const Arrays& w) {
+    for (int i = 0; i < 3 * w.num_gaussians * kN; ++i) put(w.contraction, i, Lanes(0));
+    for (int x = 0; x < kN; ++x) {
+      for (int k = 0; k < w.num_gaussians; ++k) contract_plane(w, x, k);
     }
   }
 
@@ -186,31 +204,31 @@ struct FitArithmetic : LaneArrays<Lanes> {
     return sum;
   }
 
+  /// Derivative of the cost in one of a Gaussian's vectors, but for the Gaussian's weight.
+  static Lanes derivative(const Arrays& w, int axis, int k, int kind) {
+    const Scalar *const a = contraction(w, axis, k), *const b = basis(w, axis, k, kind);
+    Lanes sum(0);
+    for (int i = 0; i < kN; ++i) sum = fma(at(a, i), at(b, i), sum);
+    return sum;
+  }
+
+  /// Wants contract() before.
   static void gradient_of(const Arrays& w, int k, typename Lanes::Mask accepted) {
-    Lanes plane[kN][kN], along_x[kN], along_y[kN], along_z[kN];
-    contract(w, k, plane, along_z);
-    for (int y = 0; y < kN; ++y) along_y[y] = Lanes(0);
-    for (int x = 0; x < kN; ++x) {
-      along_x[x] = dot(plane[x], basis(w, 1, k, 0));
-      const Lanes value = at(basis(w, 0, k, 0), x);
-      for (int y = 0; y < kN; ++y) along_y[y] = fma(value, plane[x][y], along_y[y]);
-    }
-    const Lanes weight = at(w.candidate, kFitParameters * k + kFitWeight);
     const auto set = [&](int parameter, Lanes value) {
       const int i = kFitParameters * k + parameter;
       put(w.gradient, i, select(accepted, value, at(w.gradient, i)));
     };
-    set(kFitWeight, dot(along_z, basis(w, 2, k, 0)));
-    for (int kind = 1; kind < kKinds; ++kind) {
-      const int parameter = kind == 1 ? kFitMean : kFitLogSigma;
-      set(parameter, weight * dot(along_x, basis(w, 0, k, kind)));
-      set(parameter + 1, weight * dot(along_y, basis(w, 1, k, kind)));
-      set(parameter + 2, weight * dot(along_z, basis(w, 2, k, kind)));
+    const Lanes weight = at(w.candidate, kFitParameters * k + kFitWeight);
+    set(kFitWeight, derivative(w, 2, k, 0));
+    for (int axis = 0; axis < 3; ++axis) {
+      set(kFitMean + axis, weight * derivative(w, axis, k, 1));
+      set(kFitLogSigma + axis, weight * derivative(w, axis, k, 2));
     }
   }
 
   static void normal_equations(const Arrays& w) {
     const typename Lanes::Mask accepted = Lanes(Scalar(0.5)) < at(w.accepted, 0);
+    contract(w);
     for (int l = 0; l < w.num_gaussians; ++l) {
       WeightedBasis weighted;
       weigh_basis(w, l, weighted);
@@ -221,6 +239,7 @@ struct FitArithmetic : LaneArrays<Lanes> {
 
   static void solve_weights(const Arrays& w, Scalar ridge) {
     const int rows = w.num_gaussians;
+    contract(w);
     Lanes trace(0);
     for (int l = 0; l < rows; ++l) {
       WeightedBasis weighted;
@@ -231,9 +250,7 @@ struct FitArithmetic : LaneArrays<Lanes> {
         put(w.factor, matrix_index(k, l), entry);
         if (k == l) trace = trace + entry;
       }
-      Lanes plane[kN][kN], along_z[kN];
-      contract(w, l, plane, along_z);
-      put(w.vector, l, Lanes(0) - dot(along_z, basis(w, 2, l, 0)));
+      put(w.vector, l, Lanes(0) - derivative(w, 2, l, 0));
     }
     const Lanes added = trace * Lanes(ridge / static_cast<Scalar>(rows));
     for (int k = 0; k < rows; ++k) {

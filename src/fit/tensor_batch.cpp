@@ -78,21 +78,23 @@ struct TensorBatch<Scalar>::Impl {
   void allocate() {
     const int rows = kFitParameters * max_gaussians;
     constexpr int kAtoms = PursuitDictionary<Scalar>::kMaxAtoms;
-    const std::pair<Scalar**, int> sizes[] = {{&arrays.target, arrays.num_samples},
-                                              {&arrays.held_out, kNumHeldOut},
-                                              {&arrays.parameters, rows},
-                                              {&arrays.candidate, rows},
-                                              {&arrays.basis, 9 * max_gaussians * grid.per_axis()},
-                                              {&arrays.weighted_residual, arrays.num_samples},
-                                              {&arrays.normal_matrix, matrix_size(rows)},
-                                              {&arrays.gradient, rows},
-                                              {&arrays.factor, matrix_size(rows)},
-                                              {&arrays.vector, rows},
-                                              {&arrays.correlation, kAtoms * kAtoms * kAtoms},
-                                              {&arrays.cost, 1},
-                                              {&arrays.damping, 1},
-                                              {&arrays.predicted, 1},
-                                              {&arrays.accepted, 1}};
+    const std::pair<Scalar**, int> sizes[] = {
+        {&arrays.target, arrays.num_samples},
+        {&arrays.held_out, kNumHeldOut},
+        {&arrays.parameters, rows},
+        {&arrays.candidate, rows},
+        {&arrays.basis, 9 * max_gaussians * grid.per_axis()},
+        {&arrays.weighted_residual, arrays.num_samples},
+        {&arrays.contraction, 3 * max_gaussians * grid.per_axis()},
+        {&arrays.normal_matrix, matrix_size(rows)},
+        {&arrays.gradient, rows},
+        {&arrays.factor, matrix_size(rows)},
+        {&arrays.vector, rows},
+        {&arrays.correlation, kAtoms * kAtoms * kAtoms},
+        {&arrays.cost, 1},
+        {&arrays.damping, 1},
+        {&arrays.predicted, 1},
+        {&arrays.accepted, 1}};
     const auto rounded = [&](int size) {
       const std::size_t bytes = static_cast<std::size_t>(size) * lanes() * sizeof(Scalar);
       return (bytes + kAlignment - 1) / kAlignment * kAlignment / sizeof(Scalar);
