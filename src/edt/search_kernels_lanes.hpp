@@ -89,16 +89,16 @@ struct SearchArithmetic {
     std::uint32_t first_leaf;
 
     VectorSearch(const SearchTree& t, SearchPacket& p, int v)
-        : tree(t), packet(p), offset(v * kW), first_leaf(p.leaf) {
+        : tree(t), packet(p), offset(v * kW), first_leaf(p.leaf) {}
+
+    void run() {
+      // Most samples know better from another tree.
+      if (lanes_near(tree.min, tree.max) == 0) return;
       for (int a = 0; a < 3; ++a) {
         query.min[a] = smallest(sample(a));
         query.max[a] = largest(sample(a));
       }
       query.worst = largest(best());
-    }
-
-    void run() {
-      if (!is_near()) return;
       const TreeNode& parent = tree.levels[0][first_leaf / kTreeWidth];
       visit_leaf(first_leaf, parent, static_cast<int>(first_leaf % kTreeWidth));
       visit_node(tree.num_levels - 1, 0);
@@ -107,25 +107,18 @@ struct SearchArithmetic {
     Lanes sample(int axis) const { return Lanes::load(packet.xyz[axis] + offset); }
     Lanes best() const { return Lanes::load(packet.best + offset); }
 
-    /// Whether a sample may find something nearer in this tree: most know better from another one.
-    bool is_near() const {
-      Lanes distance[3];
-      for (int a = 0; a < 3; ++a) {
-        distance[a] = outside(Lanes(tree.min[a]), Lanes(tree.max[a]), Lanes(query.min[a]),
-                              Lanes(query.max[a]));
-      }
-      const Lanes bound = squared_norm(distance[0], distance[1], distance[2]);
-      return bits(bound < Lanes(query.worst)) != 0;
-    }
-
     /// The samples that may find something nearer in a box; bit i is lane i.
-    unsigned lanes_near(const TreeNode& parent, int child) const {
+    unsigned lanes_near(const float (&low)[3], const float (&high)[3]) const {
       Lanes distance[3];
       for (int a = 0; a < 3; ++a) {
-        distance[a] =
-            outside(Lanes(parent.min[a][child]), Lanes(parent.max[a][child]), sample(a), sample(a));
+        distance[a] = sample(a) - min(max(sample(a), Lanes(low[a])), Lanes(high[a]));
       }
       return bits(squared_norm(distance[0], distance[1], distance[2]) < best());
+    }
+    unsigned lanes_near(const TreeNode& parent, int child) const {
+      const float low[3] = {parent.min[0][child], parent.min[1][child], parent.min[2][child]};
+      const float high[3] = {parent.max[0][child], parent.max[1][child], parent.max[2][child]};
+      return lanes_near(low, high);
     }
 
     /// Compares all samples with all points of a leaf. Whether one found something nearer.

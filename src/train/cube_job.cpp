@@ -21,8 +21,8 @@ std::uint64_t input_digest(const CubeJob& job, const Digest& configuration) {
   writer.put(job.key.level);
   writer.put(job.edge);
   writer.put(static_cast<std::uint8_t>(job.populated));
-  for (const float target : job.targets) writer.put(target);
-  for (const float target : job.held_out) writer.put(target);
+  writer.put_bytes(std::as_bytes(std::span(job.targets)));
+  writer.put_bytes(std::as_bytes(std::span(job.held_out)));
   return hash64(writer.bytes()) & kMaxInputDigest;
 }
 
@@ -48,7 +48,9 @@ CubeRecord record_of(const CubeJob& job, CubeFit fit, std::uint64_t input,
   record.index = cube_index_in_tile(job.key);
   record.cube_class = job.populated ? CubeClass::kPopulated : CubeClass::kEmpty;
   record.num_iterations = fit.num_iterations;
-  record.reach = *std::max_element(job.targets.begin(), job.targets.end());
+  record.reach = Eigen::Map<const Eigen::ArrayXf>(job.targets.data(),
+                                                  static_cast<Eigen::Index>(job.targets.size()))
+                     .maxCoeff();
   record.input = input;
   if (!fit.finite) {
     record.status = CubeStatus::kFailed;

@@ -110,18 +110,21 @@ void GridTargets::keep(std::size_t chunk, std::span<const float> distances) {
 }
 
 std::vector<float> GridTargets::of_cube(int cube) const {
-  const int per_edge = grid_.per_edge / kPacket;
+  const int per_axis = grid_.per_axis(), packets_per_edge = grid_.per_edge / kPacket;
   const auto [cx, cy, cz] = cube_coordinates(cube);
   std::vector<float> targets(grid_.size());
-  auto next = targets.begin();
-  for (int x = 0; x < grid_.per_axis(); ++x) {
-    for (int y = 0; y < grid_.per_axis(); ++y) {
-      for (int z = 0; z < grid_.per_axis(); z += kPacket) {
-        const int slot = slots_[packet_index(
-            cx * per_edge + x / kPacket, cy * per_edge + y / kPacket, cz * per_edge + z / kPacket)];
-        const std::size_t row = static_cast<std::size_t>(slot) * kPacketSamples +
-                                place_in_packet(x % kPacket, y % kPacket, 0);
-        next = std::copy_n(targets_.begin() + static_cast<std::ptrdiff_t>(row), kPacket, next);
+  for (int px = 0; px < per_axis / kPacket; ++px) {
+    for (int py = 0; py < per_axis / kPacket; ++py) {
+      for (int pz = 0; pz < per_axis / kPacket; ++pz) {
+        const int slot = slots_[packet_index(cx * packets_per_edge + px, cy * packets_per_edge + py,
+                                             cz * packets_per_edge + pz)];
+        const float* row = targets_.data() + static_cast<std::size_t>(slot) * kPacketSamples;
+        for (int x = px * kPacket; x < (px + 1) * kPacket; ++x) {
+          for (int y = py * kPacket; y < (py + 1) * kPacket; ++y, row += kPacket) {
+            std::copy_n(row, kPacket,
+                        targets.data() + (x * per_axis + y) * per_axis + pz * kPacket);
+          }
+        }
       }
     }
   }
