@@ -121,7 +121,7 @@ class Ladder {
     batch_.resize(have);
     load(group);
     while (have < count) {
-      batch_.evaluate();
+      batch_.compute_residuals();
       const int added = std::min(count - have, kAtomsPerRound);
       batch_.resize(have + added);
       batch_.pursue(have, added);

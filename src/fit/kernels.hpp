@@ -66,7 +66,7 @@ struct FitArrays {
   Scalar* target = nullptr;             ///< [n³]
   Scalar* held_out = nullptr;           ///< [kNumHeldOut]: targets, then absolute errors
   Scalar* parameters = nullptr;         ///< [7 K]: where the normal equations were taken
-  Scalar* candidate = nullptr;          ///< [7 K]: where basis and residual were taken
+  Scalar* candidate = nullptr;          ///< [7 K]: where basis and contractions were taken
   Scalar* basis = nullptr;              ///< [axis][K][kind][n]
   Scalar* weighted_residual = nullptr;  ///< [n³]: ω (model − target)
   Scalar* contraction = nullptr;        ///< [axis][K][n]: of the residual, along the other axes
@@ -86,17 +86,20 @@ struct FitArrays {
 template <typename Scalar>
 struct FitKernels {
   int num_lanes;
-  /// Basis, weighted residual and cost at the candidate.
+  /// Basis, cost and contractions of the residual at the candidate.
   void (*evaluate)(const FitArrays<Scalar>&);
-  /// Normal matrix and gradient at the candidate, written for the accepted lanes alone.
+  /// Basis and weighted residual at the candidate.
+  void (*compute_residuals)(const FitArrays<Scalar>&);
+  /// Normal matrix and gradient at the candidate, written for the accepted lanes alone; wants
+  /// evaluate() before.
   void (*normal_equations)(const FitArrays<Scalar>&);
   /// Solves the damped equations and sets the candidate to the clamped step from the parameters.
   void (*step)(const FitArrays<Scalar>&);
   /// Moves the candidate's weights to the least-squares ones for its shapes; wants evaluate()
-  /// before, leaves basis and residual as they were. `ridge` is relative to the mean diagonal.
+  /// before, leaves basis and contractions as they were. `ridge` is relative to the mean diagonal.
   void (*solve_weights)(const FitArrays<Scalar>&, Scalar ridge);
   /// Sets the candidate's Gaussians [first, first + count) to the atoms that the residual asks for
-  /// most, with weight 0; wants evaluate() before.
+  /// most, with weight 0; wants compute_residuals() before.
   void (*pursue)(const FitArrays<Scalar>&, const PursuitDictionary<Scalar>&, int first, int count);
   /// Replaces the held-out targets by the absolute errors of the candidate there.
   void (*held_out_errors)(const FitArrays<Scalar>&);

@@ -79,28 +79,80 @@ struct FitArithmetic : LaneArrays<Lanes> {
     }
   }
 
+  /// ω (model − target) along z, at one x and y; returns Σ ω (model − target)².
+  static Lanes residual_row(const Arrays& w, int x, int y, Lanes (&weighted)[kN]) {
+    Lanes row[kN];
+    model_row(w, x, y, row);
+    const Lanes weight_xy(w.sample_weight[x] * w.sample_weight[y]);
+    Lanes cost(0);
+    for (int z = 0; z < kN; ++z) {
+      const Lanes residual = row[z] - at(w.target, (x * kN + y) * kN + z);
+      weighted[z] = residual * weight_xy * Lanes(w.sample_weight[z]);
+      cost = fma(residual, weighted[z], cost);
+    }
+    return cost;
+  }
+
+  /// The weighted residual contracted with the values of Gaussian k along the other two axes.
+  static Scalar* contraction(const Arrays& w, int axis, int k) {
+    return w.contraction + (axis * w.num_gaussians + k) * kN * kW;
+  }
+
+  using Plane = Lanes[kN][kN];
+
+  /// Adds the plane of the residual at one x to the contractions of Gaussian k.
+  static void contract_plane(const Arrays& w, int x, int k, const Plane& residual) {
+    const Scalar* const along_y = basis(w, 1, k, 0);
+    const Scalar* const along_z = basis(w, 2, k, 0);
+    Scalar* const over_xz = contraction(w, 1, k);
+    Scalar* const over_xy = contraction(w, 2, k);
+    const Lanes value_x = at(basis(w, 0, k, 0), x);
+    Lanes over_yz(0), row[kN];
+    for (int z = 0; z < kN; ++z) row[z] = at(over_xy, z);
+    for (int y = 0; y < kN; ++y) {
+      const Lanes value_y = at(along_y, y), factor = value_x * value_y;
+      // Two sums, for shorter chains of dependent additions.
+      Lanes even(0), odd(0);
+#pragma GCC unroll 8
+      for (int z = 0; z < kN; z += 2) {
+        const Lanes r0 = residual[y][z], r1 = residual[y][z + 1];
+        even = fma(r0, at(along_z, z), even);
+        odd = fma(r1, at(along_z, z + 1), odd);
+        row[z] = fma(factor, r0, row[z]);
+        row[z + 1] = fma(factor, r1, row[z + 1]);
+      }
+      const Lanes over_z = even + odd;
+      over_yz = fma(over_z, value_y, over_yz);
+      put(over_xz, y, fma(value_x, over_z, at(over_xz, y)));
+    }
+    for (int z = 0; z < kN; ++z) put(over_xy, z, row[z]);
+    put(contraction(w, 0, k), x, over_yz);
+  }
+
+  /// Plane by plane: one stays in the nearest cache, all of them do not.
   static void evaluate(const Arrays& w) {
     compute_basis(w);
+    for (int i = 0; i < 3 * w.num_gaussians * kN; ++i) put(w.contraction, i, Lanes(0));
     Lanes cost(0);
     for (int x = 0; x < kN; ++x) {
+      Plane residual;
       Lanes cost_of_plane(0);
       for (int y = 0; y < kN; ++y) {
-        Lanes row[kN];
-        model_row(w, x, y, row);
-        const Lanes weight_xy(w.sample_weight[x] * w.sample_weight[y]);
-        Lanes cost_of_row(0);
-        for (int z = 0; z < kN; ++z) {
-          const int i = (x * kN + y) * kN + z;
-          const Lanes residual = row[z] - at(w.target, i);
-          const Lanes weighted = residual * weight_xy * Lanes(w.sample_weight[z]);
-          put(w.weighted_residual, i, weighted);
-          cost_of_row = fma(residual, weighted, cost_of_row);
-        }
-        cost_of_plane = cost_of_plane + cost_of_row;
+        cost_of_plane = cost_of_plane + residual_row(w, x, y, residual[y]);
       }
       cost = cost + cost_of_plane;
+      for (int k = 0; k < w.num_gaussians; ++k) contract_plane(w, x, k, residual);
     }
     put(w.cost, 0, Lanes(Scalar(0.5)) * cost);
+  }
+
+  static void compute_residuals(const Arrays& w) {
+    compute_basis(w);
+    for (int i = 0; i < kN * kN; ++i) {
+      Lanes row[kN];
+      static_cast<void>(residual_row(w, i / kN, i % kN, row));
+      for (int z = 0; z < kN; ++z) put(w.weighted_residual, i * kN + z, row[z]);
+    }
   }
 
   /// Inner products over the samples of an axis of the `kinds` vectors of Gaussian k with the
@@ -155,49 +207,6 @@ struct FitArithmetic : LaneArrays<Lanes> {
     }
   }
 
-  /// The weighted residual contracted with the values of Gaussian k along the other two axes.
-  static Scalar* contraction(const Arrays& w, int axis, int k) {
-    return w.contraction + (axis * w.num_gaussians + k) * kN * kW;
-  }
-
-  /// Adds the plane of the residual at one x to the contractions of Gaussian k.
-  static void contract_plane(const Arrays& w, int x, int k) {
-    const Scalar* const along_y = basis(w, 1, k, 0);
-    const Scalar* const along_z = basis(w, 2, k, 0);
-    Scalar* const over_xz = contraction(w, 1, k);
-    Scalar* const over_xy = contraction(w, 2, k);
-    const Lanes value_x = at(basis(w, 0, k, 0), x);
-    Lanes over_yz(0), row[kN];
-    for (int z = 0; z < kN; ++z) row[z] = at(over_xy, z);
-    for (int y = 0; y < kN; ++y) {
-      const Lanes value_y = at(along_y, y), factor = value_x * value_y;
-      const Scalar* const residual = w.weighted_residual + (x * kN + y) * kN * kW;
-      // Two sums, for shorter chains of dependent additions.
-      Lanes even(0), odd(0);
-#pragma GCC unroll 8
-      for (int z = 0; z < kN; z += 2) {
-        const Lanes r0 = at(residual, z), r1 = at(residual, z + 1);
-        even = fma(r0, at(along_z, z), even);
-        odd = fma(r1, at(along_z, z + 1), odd);
-        row[z] = fma(factor, r0, row[z]);
-        row[z + 1] = fma(factor, r1, row[z + 1]);
-      }
-      const Lanes over_z = even + odd;
-      over_yz = fma(over_z, value_y, over_yz);
-      put(over_xz, y, fma(value_x, over_z, at(over_xz, y)));
-    }
-    for (int z = 0; z < kN; ++z) put(over_xy, z, row[z]);
-    put(contraction(w, 0, k), x, over_yz);
-  }
-
-  /// Plane by plane for all Gaussians: a plane stays in the nearest cache, all of them do not.
-  static void contract(const Arrays& w) {
-    for (int i = 0; i < 3 * w.num_gaussians * kN; ++i) put(w.contraction, i, Lanes(0));
-    for (int x = 0; x < kN; ++x) {
-      for (int k = 0; k < w.num_gaussians; ++k) contract_plane(w, x, k);
-    }
-  }
-
   static Lanes dot(const Lanes (&a)[kN], const Scalar* b) {
     Lanes sum(0);
     for (int i = 0; i < kN; ++i) sum = fma(a[i], at(b, i), sum);
@@ -212,7 +221,6 @@ struct FitArithmetic : LaneArrays<Lanes> {
     return sum;
   }
 
-  /// Wants contract() before.
   static void gradient_of(const Arrays& w, int k, typename Lanes::Mask accepted) {
     const auto set = [&](int parameter, Lanes value) {
       const int i = kFitParameters * k + parameter;
@@ -228,7 +236,6 @@ struct FitArithmetic : LaneArrays<Lanes> {
 
   static void normal_equations(const Arrays& w) {
     const typename Lanes::Mask accepted = Lanes(Scalar(0.5)) < at(w.accepted, 0);
-    contract(w);
     for (int l = 0; l < w.num_gaussians; ++l) {
       WeightedBasis weighted;
       weigh_basis(w, l, weighted);
@@ -239,7 +246,6 @@ struct FitArithmetic : LaneArrays<Lanes> {
 
   static void solve_weights(const Arrays& w, Scalar ridge) {
     const int rows = w.num_gaussians;
-    contract(w);
     Lanes trace(0);
     for (int l = 0; l < rows; ++l) {
       WeightedBasis weighted;
@@ -297,6 +303,7 @@ struct FitArithmetic : LaneArrays<Lanes> {
   static constexpr FitKernels<Scalar> table() {
     return {kW,
             evaluate,
+            compute_residuals,
             normal_equations,
             StepArithmetic<Lanes>::step,
             solve_weights,

@@ -192,6 +192,11 @@ void TensorBatch<Scalar>::evaluate() {
 }
 
 template <typename Scalar>
+void TensorBatch<Scalar>::compute_residuals() {
+  impl_->kernels.compute_residuals(impl_->arrays);
+}
+
+template <typename Scalar>
 double TensorBatch<Scalar>::cost(int lane) const {
   return static_cast<double>(impl_->at(impl_->arrays.cost, 0, lane));
 }

@@ -151,7 +151,7 @@ TEST(TensorBatch, PursuitFindsAnAtomThatIsThere) {
   TensorBatch<double> batch(kPopulatedGrid, 1);
   batch.resize(0);
   batch.set_problems({{{0, targets.problem()}}});
-  batch.evaluate();
+  batch.compute_residuals();
   batch.resize(1);
   batch.pursue(0, 1);
   batch.evaluate();

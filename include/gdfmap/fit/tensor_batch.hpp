@@ -72,11 +72,13 @@ class TensorBatch {
 
   /// Moves the candidates' weights to the least-squares ones for their shapes; `ridge` times the
   /// mean diagonal is added to the Gram matrix; where it is singular nevertheless the weights stay.
-  /// Wants evaluate() before and leaves cost and residuals as they were.
+  /// Wants evaluate() before and leaves what it found as it was.
   void solve_weights(double ridge);
+  /// What the candidates miss at every sample, for pursue().
+  void compute_residuals();
   /// Sets Gaussians [first, first + count) of the candidates to what the residuals ask for most:
   /// tensor products of a small dictionary, found by matching pursuit, with weight 0. Wants
-  /// evaluate() before.
+  /// compute_residuals() before.
   void pursue(int first, int count);
 
   /// Absolute errors of a lane's candidate at held-out samples, in edges, x slowest.
