@@ -55,13 +55,15 @@ struct FitArithmetic : LaneArrays<Lanes> {
     for (int a = 0; a < 3; ++a) {
       for (int k = 0; k < w.num_gaussians; ++k) {
         const Shape shape(w, a, k);
+        const Scalar* const positions = w.sample_position;
+        Scalar* const kinds = basis(w, a, k, 0);
         for (int i = 0; i < kN; ++i) {
-          const Lanes u = shape.offset(w.sample_position[i]);
+          const Lanes u = shape.offset(positions[i]);
           const Lanes value = Shape::value(u);
           const Lanes times_u = value * u;
-          put(basis(w, a, k, 0), i, value);
-          put(basis(w, a, k, 1), i, times_u * shape.inverse_sigma);
-          put(basis(w, a, k, 2), i, times_u * u);
+          put(kinds, i, value);
+          put(kinds, kN + i, times_u * shape.inverse_sigma);
+          put(kinds, 2 * kN + i, times_u * u);
         }
       }
     }

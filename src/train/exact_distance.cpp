@@ -25,7 +25,12 @@ class Search {
  public:
   Search(const LatticePoint& origin, std::span<const Eigen::Vector3i> samples, SampleOrder order)
       : origin_(origin), packets_(make_packets(samples)), order_(order) {
-    for (const Eigen::Vector3i& s : samples) bounds_.extend(s);
+    for (const SamplePacket& packet : packets_) {
+      const auto axes =
+          Eigen::Map<const Eigen::Array<float, SamplePacket::kSize, 3>>(packet.xyz[0]);
+      bounds_.extend(axes.colwise().minCoeff().matrix().transpose().cast<int>().eval());
+      bounds_.extend(axes.colwise().maxCoeff().matrix().transpose().cast<int>().eval());
+    }
   }
 
   /// Tiles that hold samples, lowest and highest key.
@@ -52,23 +57,28 @@ class Search {
     index.update(packets_, offset_of(tile).cast<float>(), order_);
     float worst_squared = 0.0f;
     for (const SamplePacket& packet : packets_) {
-      worst_squared = std::max(worst_squared, *std::ranges::max_element(packet.best_squared));
+      worst_squared = std::max(worst_squared, squares(packet).maxCoeff());
     }
     worst_ = std::sqrt(static_cast<double>(worst_squared));
   }
 
   [[nodiscard]] std::vector<double> distances() const {
-    std::vector<double> result;
-    result.reserve(packets_.size() * SamplePacket::kSize);
+    std::vector<double> result(packets_.size() * SamplePacket::kSize);
+    std::size_t count = 0;
     for (const SamplePacket& packet : packets_) {
-      for (std::size_t i = 0; i < packet.count; ++i) {
-        result.push_back(std::sqrt(static_cast<double>(packet.best_squared[i])));
-      }
+      Eigen::Map<Squares<double>>(result.data() + count) = squares(packet).cast<double>().sqrt();
+      count += packet.count;
     }
+    result.resize(count);
     return result;
   }
 
  private:
+  template <typename Scalar>
+  using Squares = Eigen::Array<Scalar, SamplePacket::kSize, 1>;
+  [[nodiscard]] static Eigen::Map<const Squares<float>> squares(const SamplePacket& packet) {
+    return Eigen::Map<const Squares<float>>(packet.best_squared);
+  }
   [[nodiscard]] TileKey tile_at(const Eigen::Vector3i& sample) const {
     return tile_of(
         LatticePoint{origin_.x + sample.x(), origin_.y + sample.y(), origin_.z + sample.z()});

@@ -1,6 +1,7 @@
 #include "grid_targets.hpp"
 
 #include <algorithm>
+#include <utility>
 
 #include "morton_grid.hpp"
 
@@ -28,9 +29,14 @@ const std::vector<std::array<int, 3>>& packets_of_tile(const TrainingGrid& grid)
   return grid == kPopulatedGrid ? populated : empty;
 }
 
-/// The samples of a packet in Morton order.
+/// The samples of a packet in Morton order, z first: runs of 16 stand upright, so that little of
+/// the ground, of floors and roofs is below and above them.
 const std::vector<std::array<int, 3>>& places_in_packet() {
-  static const auto places = morton_ordered_grid(kPacket);
+  static const auto places = [] {
+    auto turned = morton_ordered_grid(kPacket);
+    for (auto& [x, y, z] : turned) std::swap(x, z);
+    return turned;
+  }();
   return places;
 }
 
