@@ -1,5 +1,4 @@
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <utility>
 
@@ -64,18 +63,18 @@ Gaussians round_shapes(FitParameters<float>& parameters, const CubeSamples& cube
   return gaussians;
 }
 
-CubeErrors summary(std::array<double, kNumHeldOut>& errors) {
+CubeErrors summary(std::vector<double>& errors) {
   double sum = 0.0, sum_of_squares = 0.0;
   for (const double error : errors) {
     sum += error;
     sum_of_squares += error * error;
   }
-  constexpr std::ptrdiff_t kRank95 = (kNumHeldOut * 95 + 99) / 100 - 1;
-  std::nth_element(errors.begin(), errors.begin() + kRank95, errors.end());
-  return {static_cast<float>(sum / kNumHeldOut),
-          static_cast<float>(std::sqrt(sum_of_squares / kNumHeldOut)),
-          static_cast<float>(errors[kRank95]),
-          static_cast<float>(*std::max_element(errors.begin() + kRank95, errors.end()))};
+  const auto count = static_cast<double>(errors.size());
+  const auto rank95 =
+      errors.begin() + static_cast<std::ptrdiff_t>((errors.size() * 95 + 99) / 100) - 1;
+  std::nth_element(errors.begin(), rank95, errors.end());
+  return {static_cast<float>(sum / count), static_cast<float>(std::sqrt(sum_of_squares / count)),
+          static_cast<float>(*rank95), static_cast<float>(*std::max_element(rank95, errors.end()))};
 }
 
 /// Climbs the ladder with cubes of one class and level.
@@ -88,11 +87,8 @@ class Ladder {
         config_(config),
         threshold_((any.populated ? config.mae_threshold : config.empty_mae_threshold) *
                    static_cast<double>(level_scale(any.level))),
-        batch_(batch) {
-    for (int i = 0; i < kHeldOutPerAxis; ++i) {
-      held_out_positions_[static_cast<std::size_t>(i)] = held_out_position(i, any.level);
-    }
-  }
+        level_(any.level),
+        batch_(batch) {}
 
   void climb(Climbers climbers) {
     for (const int step : steps_) {
@@ -186,7 +182,7 @@ class Ladder {
       round_weights(*group[i], lane, stored[i]);
       batch_.set_held_out(lane, group[i]->samples->held_out, 1.0 / group[i]->samples->edge);
     }
-    batch_.compute_held_out_errors(held_out_positions_);
+    batch_.compute_held_out_errors(level_);
     for (std::size_t i = 0; i < group.size(); ++i) {
       keep_if_better(*group[i], static_cast<int>(i), std::move(stored[i]));
     }
@@ -210,10 +206,9 @@ class Ladder {
   }
 
   void keep_if_better(Climber& climber, int lane, Gaussians gaussians) const {
-    std::array<double, kNumHeldOut> held_out;
-    for (int i = 0; i < kNumHeldOut; ++i) {
-      held_out[static_cast<std::size_t>(i)] =
-          climber.samples->edge * batch_.held_out_error(lane, i);
+    std::vector<double> held_out;
+    for (int i = 0; i < static_cast<int>(climber.samples->held_out.size()); ++i) {
+      held_out.push_back(climber.samples->edge * batch_.held_out_error(lane, i));
     }
     const CubeErrors errors = summary(held_out);
     CubeFit& best = climber.best;
@@ -224,8 +219,8 @@ class Ladder {
   const std::vector<int>& steps_;
   const FitConfig& config_;
   double threshold_;
+  int level_;
   TensorBatch<float>& batch_;
-  std::array<double, kHeldOutPerAxis> held_out_positions_;
 };
 
 }  // namespace

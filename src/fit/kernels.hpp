@@ -61,10 +61,10 @@ struct FitArrays {
   int num_samples = 0;                        ///< n³ for n an axis
   const Scalar* sample_position = nullptr;    ///< [n], no lanes
   const Scalar* sample_weight = nullptr;      ///< [n], no lanes
-  const Scalar* held_out_position = nullptr;  ///< [kHeldOutPerAxis], no lanes
+  const Scalar* held_out_position = nullptr;  ///< [h] for h an axis, no lanes
 
   Scalar* target = nullptr;             ///< [n³]
-  Scalar* held_out = nullptr;           ///< [kNumHeldOut]: targets, then absolute errors
+  Scalar* held_out = nullptr;           ///< [h³]: targets, then absolute errors
   Scalar* parameters = nullptr;         ///< [7 K]: where the normal equations were taken
   Scalar* candidate = nullptr;          ///< [7 K]: where basis and contractions were taken
   Scalar* basis = nullptr;              ///< [axis][K][kind][n]

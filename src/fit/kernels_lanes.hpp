@@ -24,9 +24,9 @@ constexpr int basis_kind(int parameter, int axis) {
   return 0;
 }
 
-/// @tparam kN  samples an axis
-template <typename Lanes, int kN>
+template <typename Lanes, TrainingGrid kGrid>
 struct FitArithmetic : LaneArrays<Lanes> {
+  static constexpr int kN = kGrid.per_axis();  ///< samples an axis
   using typename LaneArrays<Lanes>::Scalar;
   using LaneArrays<Lanes>::kW, LaneArrays<Lanes>::at, LaneArrays<Lanes>::put;
   using Arrays = FitArrays<Scalar>;
@@ -282,7 +282,7 @@ struct FitArithmetic : LaneArrays<Lanes> {
   }
 
   static void held_out_errors(const Arrays& w) {
-    constexpr int n = kHeldOutPerAxis;
+    constexpr int n = kGrid.held_out;
     Lanes errors[n * n * n];
     for (Lanes& e : errors) e = Lanes(0);
     for (int k = 0; k < w.num_gaussians; ++k) {
@@ -318,8 +318,7 @@ struct FitArithmetic : LaneArrays<Lanes> {
 template <typename Lanes>
 const FitKernels<typename Lanes::Scalar>& kernels_for(const TrainingGrid& grid) {
   static constexpr FitKernels<typename Lanes::Scalar> kernels[] = {
-      FitArithmetic<Lanes, kPopulatedGrid.per_axis()>::table(),
-      FitArithmetic<Lanes, kEmptyGrid.per_axis()>::table()};
+      FitArithmetic<Lanes, kPopulatedGrid>::table(), FitArithmetic<Lanes, kEmptyGrid>::table()};
   return kernels[grid == kPopulatedGrid ? 0 : 1];
 }
 

@@ -53,8 +53,7 @@ struct TensorBatch<Scalar>::Impl {
   int max_gaussians;
   FitArrays<Scalar> arrays;
   std::unique_ptr<void, Free> memory;
-  std::vector<Scalar> sample_positions, sample_weights;
-  std::array<Scalar, kHeldOutPerAxis> held_out_positions{};
+  std::vector<Scalar> sample_positions, sample_weights, held_out_positions;
 
   Impl(const TrainingGrid& samples, int count, InstructionSet set)
       : grid(samples), kernels(kernels_of<Scalar>(set, samples)), max_gaussians(count) {
@@ -68,6 +67,7 @@ struct TensorBatch<Scalar>::Impl {
     }
     arrays.sample_position = sample_positions.data();
     arrays.sample_weight = sample_weights.data();
+    held_out_positions.resize(static_cast<std::size_t>(grid.held_out));
     arrays.held_out_position = held_out_positions.data();
   }
 
@@ -80,7 +80,7 @@ struct TensorBatch<Scalar>::Impl {
     constexpr int kAtoms = PursuitDictionary<Scalar>::kMaxAtoms;
     const std::pair<Scalar**, int> sizes[] = {
         {&arrays.target, arrays.num_samples},
-        {&arrays.held_out, kNumHeldOut},
+        {&arrays.held_out, static_cast<int>(grid.num_held_out())},
         {&arrays.parameters, rows},
         {&arrays.candidate, rows},
         {&arrays.basis, 9 * max_gaussians * grid.per_axis()},
@@ -245,19 +245,21 @@ void TensorBatch<Scalar>::pursue(int first, int count) {
 }
 
 template <typename Scalar>
-void TensorBatch<Scalar>::set_held_out(int lane, std::span<const float, kNumHeldOut> targets,
-                                       double scale) {
-  for (std::size_t i = 0; i < kNumHeldOut; ++i) {
+void TensorBatch<Scalar>::set_held_out(int lane, std::span<const float> targets, double scale) {
+  if (targets.size() != impl_->grid.num_held_out()) {
+    throw Error(ErrorCode::kInternal, "held-out samples on another grid than their batch");
+  }
+  for (std::size_t i = 0; i < targets.size(); ++i) {
     impl_->at(impl_->arrays.held_out, i, lane) =
         static_cast<Scalar>(scale * static_cast<double>(targets[i]));
   }
 }
 
 template <typename Scalar>
-void TensorBatch<Scalar>::compute_held_out_errors(
-    std::span<const double, kHeldOutPerAxis> positions) {
-  for (std::size_t i = 0; i < kHeldOutPerAxis; ++i) {
-    impl_->held_out_positions[i] = static_cast<Scalar>(positions[i]);
+void TensorBatch<Scalar>::compute_held_out_errors(int level) {
+  for (int i = 0; i < impl_->grid.held_out; ++i) {
+    impl_->held_out_positions[static_cast<std::size_t>(i)] =
+        static_cast<Scalar>(impl_->grid.held_out_position(i, level));
   }
   impl_->kernels.held_out_errors(impl_->arrays);
 }

@@ -17,9 +17,8 @@ inline constexpr const char* kFitConfigKey = "fit_config";
 struct CubeJob {
   CubeKey key;
   bool populated = false;
-  double edge = 1.0;           ///< metres
-  std::vector<float> targets;  ///< on the grid of its class
-  std::array<float, kNumHeldOut> held_out;
+  double edge = 1.0;                     ///< metres
+  std::vector<float> targets, held_out;  ///< on the grid of its class
 };
 
 /// Digest of everything that decides a cube's record: its samples, its class, the configuration and

@@ -1,25 +1,12 @@
 #include "tile_samples.hpp"
 
 #include <algorithm>
-#include <array>
-#include <cstdint>
 #include <iterator>
 #include <utility>
 
-#include "morton_grid.hpp"
+#include <gdfmap/core/error.hpp>
 
 namespace gdfmap {
-namespace {
-
-/// Cubes whose held-out samples are a chunk: about as many samples as in chunks of targets.
-constexpr std::size_t kHeldOutCubesPerChunk = 4;
-
-const std::vector<std::array<int, 3>>& held_out_places() {
-  static const auto places = morton_ordered_grid(kHeldOutPerAxis);
-  return places;
-}
-
-}  // namespace
 
 TileSamples::TileSamples(const TileKey& key, std::vector<int> cubes, const CubeMask& populated,
                          const Lattice& lattice)
@@ -27,82 +14,52 @@ TileSamples::TileSamples(const TileKey& key, std::vector<int> cubes, const CubeM
       step_(lattice.step()),
       cubes_(std::move(cubes)),
       populated_(populated),
-      populated_targets_(make_targets(true)),
-      empty_targets_(make_targets(false)),
-      held_out_(cubes_.size() * kNumHeldOut) {}
+      classes_{make_class(false), make_class(true)} {}
 
-GridTargets TileSamples::make_targets(bool populated) const {
+TileSamples::Class TileSamples::make_class(bool populated) const {
   std::vector<int> of_class;
   std::ranges::copy_if(cubes_, std::back_inserter(of_class),
                        [&](int cube) { return populated_.test(cube) == populated; });
-  return {training_grid(populated), key_.level, of_class};
+  const TrainingGrid& grid = training_grid(populated);
+  GridTargets targets(grid, key_.level, of_class);
+  return {std::move(targets), {grid, key_.level, std::move(of_class)}};
 }
 
 std::size_t TileSamples::num_chunks() const {
-  return populated_targets_.num_chunks() + empty_targets_.num_chunks() +
-         (cubes_.size() + kHeldOutCubesPerChunk - 1) / kHeldOutCubesPerChunk;
+  std::size_t count = 0;
+  for (const Class& c : classes_) count += c.targets.num_chunks() + c.held_out.num_chunks();
+  return count;
+}
+
+template <typename Classes, typename Visit>
+auto TileSamples::visit_chunk(Classes& classes, std::size_t chunk, const Visit& visit) {
+  for (auto& c : classes) {
+    if (chunk < c.targets.num_chunks()) return visit(c.targets, chunk);
+    chunk -= c.targets.num_chunks();
+    if (chunk < c.held_out.num_chunks()) return visit(c.held_out, chunk);
+    chunk -= c.held_out.num_chunks();
+  }
+  throw Error(ErrorCode::kInternal, "samples of a chunk that a tile does not have");
 }
 
 std::vector<Eigen::Vector3i> TileSamples::samples(std::size_t chunk) const {
-  for (const GridTargets* const targets : {&populated_targets_, &empty_targets_}) {
-    if (chunk < targets->num_chunks()) return targets->samples(chunk);
-    chunk -= targets->num_chunks();
-  }
-  return held_out_samples(chunk);
+  return visit_chunk(classes_, chunk,
+                     [](const auto& part, std::size_t i) { return part.samples(i); });
 }
 
 void TileSamples::keep(std::size_t chunk, std::span<const double> distances) {
   std::vector<float> metres(distances.size());
   std::ranges::transform(distances, metres.begin(),
                          [this](double d) { return static_cast<float>(d * step_); });
-  for (GridTargets* const targets : {&populated_targets_, &empty_targets_}) {
-    if (chunk < targets->num_chunks()) return targets->keep(chunk, metres);
-    chunk -= targets->num_chunks();
-  }
-  keep_held_out(chunk, metres);
-}
-
-std::span<const int> TileSamples::held_out_cubes(std::size_t chunk) const {
-  const std::size_t begin = chunk * kHeldOutCubesPerChunk;
-  return std::span(cubes_).subspan(begin, std::min(kHeldOutCubesPerChunk, cubes_.size() - begin));
-}
-
-std::vector<Eigen::Vector3i> TileSamples::held_out_samples(std::size_t chunk) const {
-  const auto edge = static_cast<int>(steps_per_cube(key_.level));
-  std::array<int, kHeldOutPerAxis> offsets;
-  for (int i = 0; i < kHeldOutPerAxis; ++i) {
-    offsets[static_cast<std::size_t>(i)] = static_cast<int>(held_out_offset(i, key_.level));
-  }
-  std::vector<Eigen::Vector3i> samples;
-  for (const int cube : held_out_cubes(chunk)) {
-    const std::array<int, 3> corner = cube_coordinates(cube);
-    for (const auto& place : held_out_places()) {
-      const auto along = [&](std::size_t a) {
-        return corner[a] * edge + offsets[static_cast<std::size_t>(place[a])];
-      };
-      samples.emplace_back(along(0), along(1), along(2));
-    }
-  }
-  return samples;
-}
-
-void TileSamples::keep_held_out(std::size_t chunk, std::span<const float> distances) {
-  auto next = distances.begin();
-  float* held_out = held_out_.data() + chunk * kHeldOutCubesPerChunk * kNumHeldOut;
-  for (std::size_t i = 0; i < held_out_cubes(chunk).size(); ++i, held_out += kNumHeldOut) {
-    for (const auto& [x, y, z] : held_out_places()) {
-      held_out[(x * kHeldOutPerAxis + y) * kHeldOutPerAxis + z] = *next++;
-    }
-  }
+  visit_chunk(classes_, chunk, [&](auto& part, std::size_t i) { part.keep(i, metres); });
 }
 
 std::vector<float> TileSamples::targets(std::size_t n) const {
-  return (is_populated(n) ? populated_targets_ : empty_targets_).of_cube(cubes_[n]);
+  return class_of(n).targets.of_cube(cubes_[n]);
 }
 
-void TileSamples::copy_held_out(std::size_t n, std::span<float, kNumHeldOut> held_out) const {
-  std::copy_n(held_out_.begin() + static_cast<std::ptrdiff_t>(n * kNumHeldOut), kNumHeldOut,
-              held_out.begin());
+std::vector<float> TileSamples::held_out(std::size_t n) const {
+  return class_of(n).held_out.of_cube(cubes_[n]);
 }
 
 }  // namespace gdfmap

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <array>
 #include <cstddef>
 #include <span>
 #include <vector>
@@ -8,9 +9,9 @@
 
 #include <gdfmap/core/cube_mask.hpp>
 #include <gdfmap/core/lattice.hpp>
-#include <gdfmap/edt/sample_lattice.hpp>
 
 #include "grid_targets.hpp"
+#include "held_out_targets.hpp"
 
 namespace gdfmap {
 
@@ -34,23 +35,28 @@ class TileSamples {
   /// Takes the distances at them, in steps. Several chunks may be kept at the same time.
   void keep(std::size_t chunk, std::span<const double> distances);
 
-  /// Once every chunk is kept, x slowest, z fastest: targets of the cube at place `n` of
-  /// cubes(), on the grid of its class.
+  /// Once every chunk is kept, x slowest, z fastest: those of the cube at place `n` of cubes(), on
+  /// the grid of its class.
   [[nodiscard]] std::vector<float> targets(std::size_t n) const;
-  void copy_held_out(std::size_t n, std::span<float, kNumHeldOut> held_out) const;
+  [[nodiscard]] std::vector<float> held_out(std::size_t n) const;
 
  private:
-  [[nodiscard]] GridTargets make_targets(bool populated) const;
-  [[nodiscard]] std::span<const int> held_out_cubes(std::size_t chunk) const;
-  [[nodiscard]] std::vector<Eigen::Vector3i> held_out_samples(std::size_t chunk) const;
-  void keep_held_out(std::size_t chunk, std::span<const float> distances);
+  /// Of the cubes of one class.
+  struct Class {
+    GridTargets targets;
+    HeldOutTargets held_out;
+  };
+  [[nodiscard]] Class make_class(bool populated) const;
+  [[nodiscard]] const Class& class_of(std::size_t n) const { return classes_[is_populated(n)]; }
+  /// visit(part, chunk of it) for the part that holds a chunk.
+  template <typename Classes, typename Visit>
+  static auto visit_chunk(Classes& classes, std::size_t chunk, const Visit& visit);
 
   TileKey key_;
   double step_;  ///< metres
   std::vector<int> cubes_;
   CubeMask populated_;
-  GridTargets populated_targets_, empty_targets_;
-  std::vector<float> held_out_;
+  std::array<Class, 2> classes_;  ///< empty, populated
 };
 
 }  // namespace gdfmap

@@ -243,7 +243,7 @@ class LevelTrainer {
     job.populated = slot.populated;
     job.edge = map_.lattice().cube_edge(work.tile->key.level);
     job.targets = work.samples->targets(slot.place);
-    work.samples->copy_held_out(slot.place, job.held_out);
+    job.held_out = work.samples->held_out(slot.place);
     return job;
   }
 

@@ -31,10 +31,10 @@ TEST(TrainingGrid, IsRegularAndCentredOnTheCube) {
 }
 
 TEST(HeldOutSamples, LieWithinTheCubeAndOffTheTrainingSamples) {
-  for (int i = 0; i < kHeldOutPerAxis; ++i) {
-    const double x = held_out_position(i, 0);
-    EXPECT_NEAR(x, (i + 0.5) / kHeldOutPerAxis, 1.0 / kStepsPerCubeAxis);
-    for (const TrainingGrid& grid : kTrainingGrids) {
+  for (const TrainingGrid& grid : kTrainingGrids) {
+    for (int i = 0; i < grid.held_out; ++i) {
+      const double x = grid.held_out_position(i, 0);
+      EXPECT_NEAR(x, (i + 0.5) / grid.held_out, 1.0 / kStepsPerCubeAxis);
       for (int j = 0; j < grid.per_axis(); ++j) EXPECT_GT(std::abs(x - grid.position(j)), 0.01);
     }
   }

@@ -34,13 +34,14 @@ TEST(FitCube, ErrorsAreThoseOfTheStoredGaussians) {
   const CubeFit fit = fit_cube(targets.samples(), FitConfig{});
   const Kernel kernel(fit.gaussians);
   double sum = 0.0;
-  for (int n = 0; n < kNumHeldOut; ++n) {
-    constexpr int k = kHeldOutPerAxis;
-    const Vector3 p(held_out_position(n / (k * k), 0), held_out_position(n / k % k, 0),
-                    held_out_position(n % k, 0));
+  constexpr int k = kPopulatedGrid.held_out;
+  for (int n = 0; n < k * k * k; ++n) {
+    const Vector3 p(kPopulatedGrid.held_out_position(n / (k * k), 0),
+                    kPopulatedGrid.held_out_position(n / k % k, 0),
+                    kPopulatedGrid.held_out_position(n % k, 0));
     sum += std::abs(evaluate(kernel.view(), p) - targets.held_out[static_cast<std::size_t>(n)]);
   }
-  EXPECT_NEAR(fit.errors.mae, sum / kNumHeldOut, 1e-6);
+  EXPECT_NEAR(fit.errors.mae, sum / (k * k * k), 1e-6);
 }
 
 TEST(FitCube, GrowsOnlyWhereTheErrorAsksForIt) {

@@ -16,8 +16,7 @@ namespace gdfmap::test {
 /// Samples of a unit cube at the origin of some distance function.
 struct CubeTargets {
   bool populated;
-  std::vector<float> targets;  ///< on the grid of its class
-  std::array<float, kNumHeldOut> held_out;
+  std::vector<float> targets, held_out;  ///< on the grid of its class
 
   explicit CubeTargets(const std::function<double(const Vector3&)>& distance,
                        bool is_populated = true, double edge = 1.0)
@@ -32,12 +31,14 @@ struct CubeTargets {
         }
       }
     }
-    std::size_t i = 0;
-    for (int n = 0; n < kNumHeldOut; ++n) {
-      constexpr int k = kHeldOutPerAxis;
-      held_out[i++] = static_cast<float>(
-          distance(edge * Vector3(held_out_position(n / (k * k), 0),
-                                  held_out_position(n / k % k, 0), held_out_position(n % k, 0))));
+    for (int x = 0; x < grid.held_out; ++x) {
+      for (int y = 0; y < grid.held_out; ++y) {
+        for (int z = 0; z < grid.held_out; ++z) {
+          const Vector3 p(grid.held_out_position(x, 0), grid.held_out_position(y, 0),
+                          grid.held_out_position(z, 0));
+          held_out.push_back(static_cast<float>(distance(edge * p)));
+        }
+      }
     }
   }
 

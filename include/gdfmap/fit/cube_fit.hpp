@@ -14,8 +14,7 @@ namespace gdfmap {
 
 /// Exact distances (metres) at the samples of one cube; x runs slowest, z fastest. Not owned.
 struct CubeSamples {
-  std::span<const float> targets;  ///< on the grid of its class
-  std::span<const float, kNumHeldOut> held_out;
+  std::span<const float> targets, held_out;  ///< on the grid of its class
   int level = 0;
   double edge = 1.0;       ///< metres
   bool populated = false;  ///< holds points

@@ -81,10 +81,10 @@ class TensorBatch {
   /// compute_residuals() before.
   void pursue(int first, int count);
 
-  /// Absolute errors of a lane's candidate at held-out samples, in edges, x slowest.
-  /// @param positions  of the samples along an axis, in edges
-  void set_held_out(int lane, std::span<const float, kNumHeldOut> targets, double scale);
-  void compute_held_out_errors(std::span<const double, kHeldOutPerAxis> positions);
+  /// Absolute errors of a lane's candidate at the held-out samples of the grid, in edges, x
+  /// slowest.
+  void set_held_out(int lane, std::span<const float> targets, double scale);
+  void compute_held_out_errors(int level);
   [[nodiscard]] double held_out_error(int lane, int sample) const;
 
   /// JᵀJ (both triangles) and Jᵀr where a lane stands, in the order of the parameters' storage.
