@@ -91,14 +91,16 @@ void tensor_steps(benchmark::State& state, InstructionSet set) {
   TensorBatch<float> batch(kPopulatedGrid, static_cast<int>(state.range(0)), set);
   const std::vector<OptimizerJob<float>> start(static_cast<std::size_t>(batch.num_lanes()),
                                                job<float>(targets.problem(), state.range(0)));
+  for (int lane = 0; lane < batch.num_lanes(); ++lane) {
+    batch.set_problems({{{lane, targets.problem()}}});
+  }
   for (auto _ : state) {
     auto jobs = start;
     minimize_tensor(batch, std::span(jobs), kEightSteps);
     benchmark::DoNotOptimize(jobs);
   }
   state.SetItemsProcessed(state.iterations() * kEightSteps.max_iterations * batch.num_lanes());
-  // Where it starts is evaluated, accepted and stepped from too.
-  const double steps = (kEightSteps.max_iterations + 1) * batch.num_lanes();
+  const double steps = kEightSteps.max_iterations * batch.num_lanes();
   state.counters["operations"] = benchmark::Counter(
       static_cast<double>(state.iterations()) * steps *
           operations_of_a_step(kPopulatedGrid, static_cast<double>(state.range(0))),

@@ -91,10 +91,16 @@ class Ladder {
         batch_(batch) {}
 
   void climb(Climbers climbers) {
+    const auto lanes = static_cast<std::size_t>(batch_.num_lanes());
     for (const int step : steps_) {
-      for_each_group(climbers, [&](std::span<Climber* const> group) { grow(group, step); });
-      optimize(climbers);
-      for_each_group(climbers, [&](std::span<Climber* const> group) { settle(group, step); });
+      for (std::size_t begin = 0; begin < climbers.size(); begin += lanes) {
+        const auto group =
+            std::span(climbers).subspan(begin, std::min(lanes, climbers.size() - begin));
+        set_problems(group);
+        grow(group, step);
+        optimize(group);
+        settle(group, step);
+      }
       std::erase_if(climbers, [&](const Climber* c) { return !c->best.finite || is_good(*c); });
     }
   }
@@ -102,20 +108,27 @@ class Ladder {
  private:
   [[nodiscard]] bool is_good(const Climber& c) const { return c.best.errors.mae <= threshold_; }
 
-  /// Calls body with as many climbers at a time as the batch has lanes.
-  template <typename Body>
-  void for_each_group(const Climbers& climbers, const Body& body) const {
-    const auto lanes = static_cast<std::size_t>(batch_.num_lanes());
-    for (std::size_t begin = 0; begin < climbers.size(); begin += lanes) {
-      body(std::span(climbers).subspan(begin, std::min(lanes, climbers.size() - begin)));
+  /// A few climbers, one a lane of the batch.
+  using Group = std::span<Climber* const>;
+
+  void set_problems(Group group) {
+    std::vector<TensorBatch<float>::LaneProblem> problems;
+    for (const Climber* climber : group) {
+      problems.push_back({static_cast<int>(problems.size()), climber->problem()});
     }
+    batch_.set_problems(problems);
+  }
+
+  void set_candidates(Group group) {
+    int lane = 0;
+    for (const Climber* climber : group) batch_.set_candidate(lane++, climber->parameters);
   }
 
   /// Adds Gaussians by pursuit until there are `count`; the old ones keep their shapes.
-  void grow(std::span<Climber* const> group, int count) {
+  void grow(Group group, int count) {
     auto have = static_cast<int>(group.front()->parameters.cols());
     batch_.resize(have);
-    load(group);
+    set_candidates(group);
     while (have < count) {
       batch_.compute_residuals();
       const int added = std::min(count - have, kAtomsPerRound);
@@ -130,51 +143,41 @@ class Ladder {
     }
   }
 
-  void load(std::span<Climber* const> group) {
-    std::vector<TensorBatch<float>::LaneProblem> problems;
-    for (const Climber* climber : group) {
-      const auto lane = static_cast<int>(problems.size());
-      problems.push_back({lane, climber->problem()});
-      batch_.set_candidate(lane, climber->parameters);
-    }
-    batch_.set_problems(problems);
-  }
-
-  void optimize(const Climbers& climbers) {
+  void optimize(Group group) {
     OptimizerOptions options;
     options.max_iterations = config_.max_iterations;
     if (config_.solver == Solver::kCeres) {
-      optimize_each<double>(climbers, [&](std::span<OptimizerJob<double>> jobs) {
+      optimize_each<double>(group, [&](std::span<OptimizerJob<double>> jobs) {
         for (OptimizerJob<double>& job : jobs) minimize_ceres(job, options);
       });
     } else {
-      optimize_each<float>(climbers, [&](std::span<OptimizerJob<float>> jobs) {
+      optimize_each<float>(group, [&](std::span<OptimizerJob<float>> jobs) {
         minimize_tensor(batch_, jobs, options);
       });
     }
   }
 
   template <typename Scalar, typename Minimize>
-  static void optimize_each(const Climbers& climbers, const Minimize& minimize) {
+  static void optimize_each(Group group, const Minimize& minimize) {
     std::vector<OptimizerJob<Scalar>> jobs;
-    for (const Climber* c : climbers) {
+    for (const Climber* c : group) {
       jobs.push_back({c->problem(), c->parameters.template cast<Scalar>()});
     }
     minimize(std::span(jobs));
     for (std::size_t i = 0; i < jobs.size(); ++i) {
-      climbers[i]->parameters = jobs[i].parameters.template cast<float>();
-      climbers[i]->best.num_iterations += jobs[i].num_iterations;
+      group[i]->parameters = jobs[i].parameters.template cast<float>();
+      group[i]->best.num_iterations += jobs[i].num_iterations;
     }
   }
 
   /// Rounds to the stored precision, measures the errors and keeps what is better than before.
-  void settle(std::span<Climber* const> group, int count) {
+  void settle(Group group, int count) {
     batch_.resize(count);
     std::vector<Gaussians> stored;
     for (Climber* c : group) {
       stored.push_back(round_shapes(c->parameters, *c->samples, config_.codec));
     }
-    load(group);
+    set_candidates(group);
     batch_.evaluate();
     batch_.solve_weights(kRoundingRidge);
     for (std::size_t i = 0; i < group.size(); ++i) {

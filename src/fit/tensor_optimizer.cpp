@@ -1,6 +1,7 @@
 #include <algorithm>
-#include <utility>
+#include <vector>
 
+#include <gdfmap/core/error.hpp>
 #include <gdfmap/fit/optimizers.hpp>
 #include <gdfmap/fit/tensor_batch.hpp>
 
@@ -19,107 +20,71 @@ double damping_factor(double gain_ratio) {
   return 1.5;
 }
 
-/// A lane of a batch, at its own step of its own job.
-template <typename Scalar>
-struct Lane {
-  OptimizerJob<Scalar>* job = nullptr;  ///< none: idle
-  bool started = false;                 ///< false until its start has been evaluated
-  bool done = false;
-  double damping = kInitialDamping;
-};
-
+/// The jobs of a batch on their way, one a lane.
 template <typename Scalar>
 class LaneOptimizer {
  public:
   LaneOptimizer(TensorBatch<Scalar>& batch, std::span<OptimizerJob<Scalar>> jobs,
                 const OptimizerOptions& options)
       : batch_(batch),
-        waiting_(jobs),
+        jobs_(jobs),
         options_(options),
-        lanes_(static_cast<std::size_t>(batch_.num_lanes())),
-        accepted_(lanes_.size()),
-        damping_(lanes_.size()) {}
+        active_(jobs.size(), true),
+        accepted_(static_cast<std::size_t>(batch.num_lanes())),
+        damping_(accepted_.size(), kInitialDamping) {}
 
   void run() {
-    refill();
-    while (num_active_ > 0) {
-      batch_.evaluate();
-      judge();
+    start();
+    while (std::ranges::find(active_, true) != active_.end()) {
       batch_.accept(accepted_);
-      refill();
-      step();
+      batch_.step(damping_);
+      batch_.evaluate();
+      for (std::size_t i = 0; i < jobs_.size(); ++i) accepted_[i] = active_[i] && judge(i);
     }
   }
 
  private:
-  /// Gives every lane that is idle or done the next job.
-  void refill() {
-    new_problems_.clear();
-    for (std::size_t i = 0; i < lanes_.size(); ++i) {
-      Lane<Scalar>& lane = lanes_[i];
-      if (lane.job != nullptr && !lane.done) continue;
-      if (lane.job != nullptr) --num_active_;
-      lane = Lane<Scalar>{};
-      if (waiting_.empty()) continue;
-      lane.job = &waiting_.front();
-      waiting_ = waiting_.subspan(1);
-      ++num_active_;
-      new_problems_.push_back({static_cast<int>(i), lane.job->problem});
-      batch_.set_candidate(static_cast<int>(i), lane.job->parameters);
+  void start() {
+    for (std::size_t i = 0; i < jobs_.size(); ++i) {
+      batch_.set_candidate(static_cast<int>(i), jobs_[i].parameters);
     }
-    batch_.set_problems(new_problems_);
-  }
-
-  /// Decides which lanes stay where they were evaluated.
-  void judge() {
-    for (std::size_t i = 0; i < lanes_.size(); ++i) {
-      accepted_[i] = lanes_[i].job != nullptr && judge(lanes_[i], static_cast<int>(i));
+    batch_.evaluate();
+    for (std::size_t i = 0; i < jobs_.size(); ++i) {
+      jobs_[i].cost = batch_.cost(static_cast<int>(i));
+      jobs_[i].num_iterations = 0;
+      active_[i] = options_.max_iterations > 0;
+      accepted_[i] = true;
     }
   }
 
-  bool judge(Lane<Scalar>& lane, int i) {
-    OptimizerJob<Scalar>& job = *lane.job;
-    const double cost = batch_.cost(i), gain = job.cost - cost;
-    if (!std::exchange(lane.started, true)) {
-      job.cost = cost;
-      job.num_iterations = 0;
-      lane.done = options_.max_iterations <= 0;
-      return true;
-    }
+  /// Whether a lane stays where it was evaluated; takes the result over if so.
+  bool judge(std::size_t i) {
+    OptimizerJob<Scalar>& job = jobs_[i];
+    const auto lane = static_cast<int>(i);
+    const double cost = batch_.cost(lane), gain = job.cost - cost;
     const bool accepted = cost < job.cost;  // not where it is NaN
+    double& damping = damping_[i];
     if (accepted) {
-      const double predicted = batch_.predicted_decrease(i);
-      lane.damping *= damping_factor(predicted > 0.0 ? gain / predicted : 0.0);
-      lane.damping = std::max(lane.damping, kLeastDamping);
-      lane.done = gain <= options_.function_tolerance * job.cost;
+      const double predicted = batch_.predicted_decrease(lane);
+      damping *= damping_factor(predicted > 0.0 ? gain / predicted : 0.0);
+      damping = std::max(damping, kLeastDamping);
+      active_[i] = gain > options_.function_tolerance * job.cost;
       job.cost = cost;
-      job.parameters = batch_.candidate(i);
+      job.parameters = batch_.candidate(lane);
     } else {
-      lane.damping *= kRejectedFactor;
-      lane.done = lane.damping >= kMostDamping;
+      damping *= kRejectedFactor;
+      active_[i] = damping < kMostDamping;
     }
-    if (++job.num_iterations >= options_.max_iterations) lane.done = true;
+    if (++job.num_iterations >= options_.max_iterations) active_[i] = false;
     return accepted;
   }
 
-  void step() {
-    for (std::size_t i = 0; i < lanes_.size(); ++i) damping_[i] = lanes_[i].damping;
-    batch_.step(damping_);
-    for (std::size_t i = 0; i < lanes_.size(); ++i) {
-      const Lane<Scalar>& lane = lanes_[i];
-      if (lane.job == nullptr || lane.started) continue;
-      batch_.set_candidate(static_cast<int>(i), lane.job->parameters);
-    }
-  }
-
   TensorBatch<Scalar>& batch_;
-  std::span<OptimizerJob<Scalar>> waiting_;
+  std::span<OptimizerJob<Scalar>> jobs_;
   OptimizerOptions options_;
-  std::vector<Lane<Scalar>> lanes_;
-  std::vector<typename TensorBatch<Scalar>::LaneProblem> new_problems_;
-  std::vector<bool> accepted_;
+  std::vector<bool> active_;    // of every job
+  std::vector<bool> accepted_;  // of every lane, those without a job too
   std::vector<double> damping_;
-  int num_active_ = 0;
 };
 
 }  // namespace
@@ -128,6 +93,9 @@ template <typename Scalar>
 void minimize_tensor(TensorBatch<Scalar>& batch, std::span<OptimizerJob<Scalar>> jobs,
                      const OptimizerOptions& options) {
   if (jobs.empty()) return;
+  if (jobs.size() > static_cast<std::size_t>(batch.num_lanes())) {
+    throw Error(ErrorCode::kInternal, "more jobs than their batch has lanes");
+  }
   batch.resize(static_cast<int>(jobs.front().parameters.cols()));
   LaneOptimizer<Scalar>(batch, jobs, options).run();
 }

@@ -4,6 +4,7 @@
 
 #include <gtest/gtest.h>
 
+#include <gdfmap/core/error.hpp>
 #include <gdfmap/core/flush_to_zero.hpp>
 #include <gdfmap/fit/optimizers.hpp>
 
@@ -31,6 +32,7 @@ FitParameters<double> lattice_start(const CubeProblem& problem, int count) {
 
 Job minimized(Job job, const OptimizerOptions& options) {
   TensorBatch<double> batch(job.problem.grid, static_cast<int>(job.parameters.cols()));
+  batch.set_problems({{{0, job.problem}}});
   minimize_tensor(batch, std::span(&job, 1), options);
   return job;
 }
@@ -67,6 +69,22 @@ TEST(MinimizeTensor, EndsAtTheIterationBudget) {
   EXPECT_EQ(minimized({problem, lattice_start(problem, 8)}, {5, 0.0}).num_iterations, 5);
 }
 
+/// As many at a time as there are lanes.
+void minimize_all(TensorBatch<float>& batch, std::span<OptimizerJob<float>> jobs,
+                  const OptimizerOptions& options) {
+  const auto lanes = static_cast<std::size_t>(batch.num_lanes());
+  while (!jobs.empty()) {
+    const auto group = jobs.first(std::min(lanes, jobs.size()));
+    std::vector<TensorBatch<float>::LaneProblem> problems;
+    for (const OptimizerJob<float>& job : group) {
+      problems.push_back({static_cast<int>(problems.size()), job.problem});
+    }
+    batch.set_problems(problems);
+    minimize_tensor(batch, group, options);
+    jobs = jobs.subspan(group.size());
+  }
+}
+
 /// More jobs than lanes, some long, some short.
 TEST(MinimizeTensor, TreatsEveryJobAsIfItWereAlone) {
   const FlushToZero flush_to_zero;
@@ -80,9 +98,9 @@ TEST(MinimizeTensor, TreatsEveryJobAsIfItWereAlone) {
   std::vector<OptimizerJob<float>> alone = jobs;
   const OptimizerOptions options{20, 1e-2};
   TensorBatch<float> batch(kPopulatedGrid, 4);
-  minimize_tensor(batch, std::span(jobs), options);
+  minimize_all(batch, jobs, options);
   for (std::size_t i = 0; i < jobs.size(); ++i) {
-    minimize_tensor(batch, std::span(alone).subspan(i, 1), options);
+    minimize_all(batch, std::span(alone).subspan(i, 1), options);
     EXPECT_EQ(jobs[i].parameters, alone[i].parameters) << i;
     EXPECT_EQ(jobs[i].cost, alone[i].cost);
     EXPECT_EQ(jobs[i].num_iterations, alone[i].num_iterations);
@@ -92,6 +110,12 @@ TEST(MinimizeTensor, TreatsEveryJobAsIfItWereAlone) {
 TEST(MinimizeTensor, WithoutJobsDoesNothing) {
   TensorBatch<float> batch(kPopulatedGrid, 4);
   minimize_tensor<float>(batch, {}, {});
+}
+
+TEST(MinimizeTensor, RefusesMoreJobsThanLanes) {
+  TensorBatch<float> batch(kPopulatedGrid, 4);
+  std::vector<OptimizerJob<float>> jobs(static_cast<std::size_t>(batch.num_lanes()) + 1);
+  EXPECT_THROW(minimize_tensor<float>(batch, jobs, {}), Error);
 }
 
 /// Both from the same start to convergence, on 200 cubes. The start is what a short fit of ours
