@@ -24,7 +24,7 @@ constexpr int kNumDigits = 2;
 /// Points that follow each other in one cell.
 struct CellRun {
   std::uint32_t key;  ///< the cell's place along the Hilbert curve
-  std::uint32_t begin, end;
+  std::uint32_t begin;
 };
 
 std::uint32_t cell_key(const Point& p) {
@@ -51,14 +51,17 @@ void sort_by_digit(const std::vector<CellRun>& from, std::vector<CellRun>& to, i
 /// The points as runs in the order of their cells: few runs where points are dense and come in an
 /// order of their own, as those of a point store do.
 std::vector<CellRun> cell_order(std::span<const Point> points) {
+  const auto begins_run = [&](std::uint32_t i) {
+    return i == 0 || !in_one_cell(points[i - 1], points[i]);
+  };
+  std::size_t num_runs = 0;
+  for (std::uint32_t i = 0; i < points.size(); ++i) num_runs += begins_run(i) ? 1 : 0;
   std::vector<CellRun> runs;
+  runs.reserve(num_runs);
   for (std::uint32_t i = 0; i < points.size(); ++i) {
-    if (i == 0 || !in_one_cell(points[i - 1], points[i])) {
-      runs.push_back({cell_key(points[i]), i, i});
-    }
-    ++runs.back().end;
+    if (begins_run(i)) runs.push_back({cell_key(points[i]), i});
   }
-  std::vector<CellRun> buffer(runs.size());
+  std::vector<CellRun> buffer(num_runs);
   for (int digit = 0; digit < kNumDigits; ++digit) {
     sort_by_digit(runs, buffer, digit);
     runs.swap(buffer);
@@ -74,12 +77,14 @@ std::vector<TreeLeaf> make_leaves(std::span<const Point> points) {
     for (std::size_t a = 0; a < 3; ++a) leaves[i / kWidth].xyz[a][i % kWidth] = p[a];
   };
   std::size_t place = 0;
-  std::uint32_t last = 0;
+  std::size_t i = 0;
   for (const CellRun& run : cell_order(points)) {
-    for (std::uint32_t i = run.begin; i < run.end; ++i) put(place++, points[i]);
-    last = run.end - 1;
+    i = run.begin;
+    do {
+      put(place++, points[i++]);
+    } while (i < points.size() && in_one_cell(points[i - 1], points[i]));
   }
-  while (place < leaves.size() * kWidth) put(place++, points[last]);
+  while (place < leaves.size() * kWidth) put(place++, points[i - 1]);
   return leaves;
 }
 
@@ -134,6 +139,8 @@ std::vector<SamplePacket> make_packets(std::span<const Eigen::Vector3i> samples)
   }
   return packets;
 }
+
+static_assert(SearchPacket::kSize == SamplePacket::kSize);
 
 struct NearestPointIndex::Tree {
   const SearchKernels* kernels = nullptr;

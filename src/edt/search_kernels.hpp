@@ -4,7 +4,6 @@
 #include <cstdint>
 
 #include <gdfmap/core/instruction_set.hpp>
-#include <gdfmap/edt/nearest_point_index.hpp>
 
 namespace gdfmap {
 
@@ -33,17 +32,18 @@ struct SearchTree {
 /// A packet of samples, in steps from the corner of the points' tile, and their squared distances
 /// so far.
 struct alignas(64) SearchPacket {
-  static constexpr int kSize = SamplePacket::kSize;
+  static constexpr int kSize = 64;
   float xyz[3][kSize];
   float best[kSize];
-  /// The leaf that held the last improvement: a good first guess for a neighbouring packet.
+  /// The leaf that held the last improvement: a good first guess for the samples that follow.
   std::uint32_t leaf = 0;
 };
 
 /// Exact search for one instruction set: lowers `best` to the squared distance to the nearest point
 /// of the tree. A squared distance is fma(dz, dz, fma(dy, dy, dx²)) everywhere.
 struct SearchKernels {
-  /// All samples of a packet together: for samples that stand next to each other.
+  /// All samples of a packet, a vector of them at a time: for samples that stand next to each
+  /// other.
   void (*search_packet)(const SearchTree&, SearchPacket&);
   /// Sample `i` of a packet alone.
   void (*search_one)(const SearchTree&, SearchPacket&, int i);

@@ -46,7 +46,7 @@ struct SearchArithmetic {
   }
 
   /// Children in the order of their bounds, those beyond the limit left out; returns their number.
-  /// Few are left, so that insertion is the cheapest way.
+  /// Each takes the place that counting the nearer ones gives: no branch depends on the bounds.
   static int nearest_first(const float (&bounds)[kTreeWidth], float limit,
                            int (&order)[kTreeWidth]) {
     unsigned within = 0;

@@ -27,6 +27,7 @@ constexpr int basis_kind(int parameter, int axis) {
 template <typename Lanes, TrainingGrid kGrid>
 struct FitArithmetic : LaneArrays<Lanes> {
   static constexpr int kN = kGrid.per_axis();  ///< samples an axis
+  static_assert(kN % 2 == 0, "taken two by two");
   using typename LaneArrays<Lanes>::Scalar;
   using LaneArrays<Lanes>::kW, LaneArrays<Lanes>::at, LaneArrays<Lanes>::put;
   using Arrays = FitArrays<Scalar>;

@@ -54,9 +54,11 @@ struct TensorBatch<Scalar>::Impl {
   FitArrays<Scalar> arrays;
   std::unique_ptr<void, Free> memory;
   std::vector<Scalar> sample_positions, sample_weights, held_out_positions;
+  std::vector<const float*> held;  ///< targets of every lane, to be compared, not read
 
   Impl(const TrainingGrid& samples, int count, InstructionSet set)
       : grid(samples), kernels(kernels_of<Scalar>(set, samples)), max_gaussians(count) {
+    held.resize(lanes());
     arrays.num_gaussians = max_gaussians;
     arrays.num_samples = static_cast<int>(grid.size());
     allocate();
@@ -155,6 +157,9 @@ void TensorBatch<Scalar>::set_problems(std::span<const LaneProblem> problems) {
       throw Error(ErrorCode::kInternal, "a problem on another grid of samples than its batch");
     }
   }
+  for (const auto& [lane, problem] : problems) {
+    impl_->held[static_cast<std::size_t>(lane)] = problem.targets.data();
+  }
   constexpr std::size_t kSamples = 64;
   const std::size_t size = impl_->grid.size();
   for (std::size_t begin = 0; begin < size; begin += kSamples) {
@@ -170,6 +175,11 @@ void TensorBatch<Scalar>::set_problems(std::span<const LaneProblem> problems) {
       }
     }
   }
+}
+
+template <typename Scalar>
+bool TensorBatch<Scalar>::holds(int lane, const CubeProblem& problem) const {
+  return impl_->held[static_cast<std::size_t>(lane)] == problem.targets.data();
 }
 
 template <typename Scalar>

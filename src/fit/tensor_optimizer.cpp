@@ -96,6 +96,11 @@ void minimize_tensor(TensorBatch<Scalar>& batch, std::span<OptimizerJob<Scalar>>
   if (jobs.size() > static_cast<std::size_t>(batch.num_lanes())) {
     throw Error(ErrorCode::kInternal, "more jobs than their batch has lanes");
   }
+  for (std::size_t i = 0; i < jobs.size(); ++i) {
+    if (!batch.holds(static_cast<int>(i), jobs[i].problem)) {
+      throw Error(ErrorCode::kInternal, "a job whose problem its lane does not hold");
+    }
+  }
   batch.resize(static_cast<int>(jobs.front().parameters.cols()));
   LaneOptimizer<Scalar>(batch, jobs, options).run();
 }

@@ -16,7 +16,7 @@ namespace {
 /// milliseconds for each of them.
 constexpr double kCandidatesPerOccupiedCube = 4.3;
 constexpr double kBytesPerCube = 80.0;
-constexpr double kMillisecondsPerCube = 0.5;
+constexpr double kMillisecondsPerCube = 0.3;
 
 std::array<double, 16> read_matrix(const std::filesystem::path& path) {
   std::ifstream file(path);

@@ -2,6 +2,8 @@
 
 #include <algorithm>
 
+#include <Eigen/Core>
+
 #include <gdfmap/core/bytes.hpp>
 #include <gdfmap/field/quantization.hpp>
 
@@ -21,8 +23,8 @@ std::uint64_t input_digest(const CubeJob& job, const Digest& configuration) {
   writer.put(job.key.level);
   writer.put(job.edge);
   writer.put(static_cast<std::uint8_t>(job.populated));
-  writer.put_bytes(std::as_bytes(std::span(job.targets)));
-  writer.put_bytes(std::as_bytes(std::span(job.held_out)));
+  writer.put(std::span(job.targets));
+  writer.put(std::span(job.held_out));
   return hash64(writer.bytes()) & kMaxInputDigest;
 }
 

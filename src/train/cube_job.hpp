@@ -1,10 +1,8 @@
 #pragma once
 
-#include <array>
 #include <span>
 #include <vector>
 
-#include <gdfmap/edt/sample_lattice.hpp>
 #include <gdfmap/fit/cube_fit.hpp>
 #include <gdfmap/store/tile_record.hpp>
 

@@ -1,7 +1,6 @@
 #include "grid_targets.hpp"
 
 #include <algorithm>
-#include <utility>
 
 #include "morton_grid.hpp"
 
@@ -29,14 +28,9 @@ const std::vector<std::array<int, 3>>& packets_of_tile(const TrainingGrid& grid)
   return grid == kPopulatedGrid ? populated : empty;
 }
 
-/// The samples of a packet in Morton order, z first: runs of 16 stand upright, so that little of
-/// the ground, of floors and roofs is below and above them.
+/// The samples of a packet in the order of the search.
 const std::vector<std::array<int, 3>>& places_in_packet() {
-  static const auto places = [] {
-    auto turned = morton_ordered_grid(kPacket);
-    for (auto& [x, y, z] : turned) std::swap(x, z);
-    return turned;
-  }();
+  static const auto places = upright_grid(kPacket);
   return places;
 }
 

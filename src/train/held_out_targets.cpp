@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <array>
-#include <cstdint>
 #include <utility>
 
 #include "morton_grid.hpp"
@@ -13,10 +12,10 @@ namespace {
 /// About as many as in chunks of training samples.
 constexpr std::size_t kSamplesPerChunk = 1024;
 
-/// The samples of a cube in Morton order.
+/// The samples of a cube in the order of the search.
 const std::vector<std::array<int, 3>>& places_in_cube(const TrainingGrid& grid) {
-  static const auto populated = morton_ordered_grid(kPopulatedGrid.held_out);
-  static const auto empty = morton_ordered_grid(kEmptyGrid.held_out);
+  static const auto populated = upright_grid(kPopulatedGrid.held_out);
+  static const auto empty = upright_grid(kEmptyGrid.held_out);
   return grid == kPopulatedGrid ? populated : empty;
 }
 

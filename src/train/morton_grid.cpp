@@ -1,6 +1,7 @@
 #include "morton_grid.hpp"
 
 #include <algorithm>
+#include <utility>
 
 #include <gdfmap/core/morton.hpp>
 
@@ -20,6 +21,12 @@ std::vector<std::array<int, 3>> morton_ordered_grid(int side) {
     places.push_back({i / (side * side), i / side % side, i % side});
   }
   std::ranges::sort(places, {}, code);
+  return places;
+}
+
+std::vector<std::array<int, 3>> upright_grid(int side) {
+  std::vector<std::array<int, 3>> places = morton_ordered_grid(side);
+  for (auto& [x, y, z] : places) std::swap(x, z);
   return places;
 }
 

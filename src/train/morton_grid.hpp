@@ -12,6 +12,10 @@ namespace gdfmap {
 /// together.
 [[nodiscard]] std::vector<std::array<int, 3>> morton_ordered_grid(int side);
 
+/// The same with z turned over fastest: runs of 16 stand upright, so that little of the ground, of
+/// floors and roofs is below and above them.
+[[nodiscard]] std::vector<std::array<int, 3>> upright_grid(int side);
+
 /// Place of the cube with this index in its tile, and the place's Morton code.
 [[nodiscard]] std::array<int, 3> cube_coordinates(int index);
 [[nodiscard]] std::uint64_t morton_code_of_cube(int index);

@@ -26,6 +26,9 @@ constexpr std::size_t kMaxWindowTiles = 16;
 constexpr std::size_t kFewestCubesPerTask = 48, kMostCubesPerTask = 640;
 /// What a tile of a window holds at most: samples of 512 cubes, lattice and results.
 constexpr std::size_t kTileBytes = std::size_t{8} << 20;
+/// What a cube's samples take once more while it is fitted.
+constexpr std::size_t kBytesOfFittedCube =
+    (kPopulatedGrid.size() + kPopulatedGrid.num_held_out()) * sizeof(float);
 /// Of the samples of a chunk, while they are looked up together with those of others.
 constexpr std::size_t kChunkBytes = std::size_t{40} << 10;
 
@@ -296,8 +299,11 @@ class LevelTrainer {
   void add_tasks(std::span<Slot* const> cubes, std::vector<std::span<Slot* const>>& tasks) const {
     const auto divided = [](std::size_t a, std::size_t b) { return (a + b - 1) / b; };
     const auto threads = static_cast<std::size_t>(context_.threads());
-    const std::size_t wanted = divided(divided(cubes.size(), kMostCubesPerTask), threads) * threads;
-    const std::size_t count = std::min(wanted, divided(cubes.size(), kFewestCubesPerTask));
+    const std::size_t most = std::clamp(context_.memory() / 8 / kBytesOfFittedCube / threads,
+                                        kFewestCubesPerTask, kMostCubesPerTask);
+    const std::size_t wanted = divided(divided(cubes.size(), most), threads) * threads;
+    const std::size_t count =
+        std::min(wanted, std::max<std::size_t>(1, cubes.size() / kFewestCubesPerTask));
     for (std::size_t i = 0; i < count; ++i) {
       const std::size_t begin = i * cubes.size() / count, end = (i + 1) * cubes.size() / count;
       tasks.push_back(cubes.subspan(begin, end - begin));

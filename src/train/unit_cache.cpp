@@ -12,7 +12,8 @@ namespace {
 
 /// Points beyond which a part of a tile is split into octants.
 constexpr std::uint64_t kMaxUnitPoints = 250'000;
-/// What an index takes of each point, and beside that while it is built.
+/// What an index takes of each point, and beside that while it is built: the point, and for one
+/// index at a time its place in the order twice.
 constexpr std::size_t kIndexBytesPerPoint = 14, kBuildBytesPerPoint = 6;
 /// The part of the bytes for indices that parts built at once may take.
 constexpr std::size_t kShareBuiltAtOnce = 2;

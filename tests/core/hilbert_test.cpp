@@ -48,8 +48,9 @@ TEST(Hilbert, VisitsEveryCellOnceAndGoesFromFaceToFace) {
 
 TEST(Hilbert, LeavesNoOctantBeforeAllOfItIsVisited) {
   constexpr int kBits = 4;
+  const std::vector<Cell> cells = curve(kBits);
+  ASSERT_FALSE(cells.empty());
   for (std::uint32_t shift = 1; shift < kBits; ++shift) {
-    const std::vector<Cell> cells = curve(kBits);
     const std::size_t octant = std::size_t{1} << (3 * shift);
     for (std::size_t i = 0; i < cells.size(); ++i) {
       for (std::size_t a = 0; a < 3; ++a) {

@@ -141,9 +141,10 @@ TEST(NearestPointIndex, OnlyLowersWhatIsAlreadyKnown) {
 
 TEST(NearestPointIndex, WithoutPointsChangesNothing) {
   const NearestPointIndex index(Points{});
-  std::vector<SamplePacket> packets = make_packets(Samples{{0, 0, 0}});
+  std::vector<SamplePacket> packets = make_packets(Samples{{0, 0, 0}, {1, 1, 1}});
+  packets[0].best_squared[0] = 3.0f;
   index.update(packets, Eigen::Vector3f::Zero(), SampleOrder::kPackets);
-  EXPECT_EQ(best_of(packets), std::vector{std::numeric_limits<float>::infinity()});
+  EXPECT_EQ(best_of(packets), (std::vector{3.0f, std::numeric_limits<float>::infinity()}));
 }
 
 }  // namespace

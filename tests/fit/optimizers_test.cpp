@@ -112,6 +112,14 @@ TEST(MinimizeTensor, WithoutJobsDoesNothing) {
   minimize_tensor<float>(batch, {}, {});
 }
 
+TEST(MinimizeTensor, RefusesAJobWhoseProblemTheBatchDoesNotHold) {
+  const test::CubeTargets one(test::planes_distance(1)), other(test::planes_distance(2));
+  TensorBatch<double> batch(kPopulatedGrid, 4);
+  batch.set_problems({{{0, one.problem()}}});
+  Job job{other.problem(), lattice_start(other.problem(), 4)};
+  EXPECT_THROW(minimize_tensor(batch, std::span(&job, 1), {}), Error);
+}
+
 TEST(MinimizeTensor, RefusesMoreJobsThanLanes) {
   TensorBatch<float> batch(kPopulatedGrid, 4);
   std::vector<OptimizerJob<float>> jobs(static_cast<std::size_t>(batch.num_lanes()) + 1);

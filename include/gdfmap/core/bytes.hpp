@@ -58,6 +58,15 @@ class ByteWriter {
     put(digest.low);
     put(digest.high);
   }
+  /// Number by number.
+  template <WireNumber T>
+  void put(std::span<const T> values) {
+    if constexpr (std::endian::native == std::endian::little) {
+      put_bytes(std::as_bytes(values));
+    } else {
+      for (const T value : values) put(value);
+    }
+  }
   void put_bytes(std::span<const std::byte> bytes) {
     // Not insert(): g++ 12 warns of an overflow in it that is none.
     const std::size_t size = bytes_.size();

@@ -17,7 +17,7 @@ namespace gdfmap {
 /// How samples follow each other.
 enum class SampleOrder {
   kScattered,  ///< anyhow
-  kPackets,    ///< runs of 64 stand next to each other and are searched for together
+  kPackets,    ///< runs of 64 stand next to each other and help each other's search
 };
 
 /// Up to 64 samples and the nearest that is known of each.

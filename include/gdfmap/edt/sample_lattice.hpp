@@ -40,7 +40,7 @@ struct TrainingGrid {
     const auto n = static_cast<std::size_t>(held_out);
     return n * n * n;
   }
-  /// Held-out sample i of an axis, in steps from the cube's minimum.
+  /// Held-out sample i of an axis, in steps from the cube's minimum, rounded to nearest.
   [[nodiscard]] constexpr std::int64_t held_out_offset(int i, int level) const {
     return ((2 * i + 1) * steps_per_cube(level) + held_out) / (2 * held_out);
   }

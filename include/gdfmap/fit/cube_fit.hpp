@@ -4,7 +4,6 @@
 #include <vector>
 
 #include <gdfmap/core/instruction_set.hpp>
-#include <gdfmap/edt/sample_lattice.hpp>
 #include <gdfmap/field/cube_errors.hpp>
 #include <gdfmap/field/gaussians.hpp>
 #include <gdfmap/fit/fit_config.hpp>

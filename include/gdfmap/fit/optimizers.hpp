@@ -26,7 +26,8 @@ struct OptimizerJob {
 /// Levenberg–Marquardt with a gain-ratio update of the damping and clamped, projected steps, for
 /// jobs with equal numbers of Gaussians, one a lane. A job's result depends on that job alone. A
 /// lane that is done early waits for the others: practically all use up their iterations.
-/// @param batch  lane i holds the problem of job i, and keeps it; large enough for the jobs
+/// @param batch  lane i holds the problem of job i (checked), and keeps it; large enough for the
+///               jobs
 /// @param jobs   at most as many as there are lanes
 template <typename Scalar>
 void minimize_tensor(TensorBatch<Scalar>& batch, std::span<OptimizerJob<Scalar>> jobs,

@@ -52,6 +52,8 @@ class TensorBatch {
   };
   /// Many at once take less time than one by one.
   void set_problems(std::span<const LaneProblem> problems);
+  /// Whether these targets were the last that a lane was given.
+  [[nodiscard]] bool holds(int lane, const CubeProblem& problem) const;
   /// Where evaluate() goes next. Fewer columns than Gaussians: the rest has no weight.
   void set_candidate(int lane, const Parameters& parameters);
   [[nodiscard]] Parameters candidate(int lane) const;
@@ -84,6 +86,7 @@ class TensorBatch {
   /// Absolute errors of a lane's candidate at the held-out samples of the grid, in edges, x
   /// slowest.
   void set_held_out(int lane, std::span<const float> targets, double scale);
+  /// @param level  of the cubes, which decides how positions are rounded
   void compute_held_out_errors(int level);
   [[nodiscard]] double held_out_error(int lane, int sample) const;
 
