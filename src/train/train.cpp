@@ -24,7 +24,8 @@ constexpr std::size_t kMaxWindowTiles = 16;
 /// Cubes that one task fits: the more, the longer all lanes of a vector register are busy, also on
 /// the last steps of the ladder, which few cubes need.
 constexpr std::size_t kFewestCubesPerTask = 48, kMostCubesPerTask = 640;
-/// What a tile of a window holds at most: samples of 512 cubes, lattice and results.
+/// What a tile of a window holds at most, beside what is bounded by itself: samples of 512 cubes,
+/// lattice and results.
 constexpr std::size_t kTileBytes = std::size_t{8} << 20;
 /// What a cube's samples take once more while it is fitted.
 constexpr std::size_t kBytesOfFittedCube =
