@@ -57,7 +57,7 @@ struct FitConfig {
 };
 
 /// Counts every change of the fit that changes stored bytes; part of what makes a tile stale.
-inline constexpr std::uint32_t kFitVersion = 5;
+inline constexpr std::uint32_t kFitVersion = 4;
 
 /// One step of a ladder may not exceed this: the normal equations have 7 K rows.
 inline constexpr int kMaxGaussians = 64;

@@ -59,8 +59,8 @@ struct FieldSample {
     const double d = distance - kSafetyFactor * error_bound;
     return d < 0.0 ? 0.0 : d;
   }
-  /// Held-out samples stand 1/6 of an edge apart inside the cube, 1/4 in cubes without points:
-  /// between them, and in the cube's margin, errors may be larger than at any of them.
+  /// Held-out samples stand 1/6 of an edge apart inside the cube: between them, and in the cube's
+  /// margin, errors may be larger than at any of them.
   static constexpr double kSafetyFactor = 2.0;
 };
 
