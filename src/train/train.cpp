@@ -22,8 +22,9 @@ namespace {
 /// Tiles whose cubes are fitted side by side and committed together.
 constexpr std::size_t kMaxWindowTiles = 16;
 /// Cubes that one task fits: the more, the longer all lanes of a vector register are busy, also on
-/// the last steps of the ladder, which few cubes need.
-constexpr std::size_t kFewestCubesPerTask = 48, kMostCubesPerTask = 640;
+/// the last steps of the ladder, which few cubes need; the fewer, the less one thread waits for
+/// another at the end of a window.
+constexpr std::size_t kFewestCubesPerTask = 48, kMostCubesPerTask = 320;
 /// What a tile of a window holds at most, beside what is bounded by itself: samples of 512 cubes,
 /// lattice and results.
 constexpr std::size_t kTileBytes = std::size_t{8} << 20;
