@@ -163,15 +163,11 @@ void TensorBatch<Scalar>::set_problems(std::span<const LaneProblem> problems) {
   constexpr std::size_t kSamples = 64;
   const std::size_t size = impl_->grid.size();
   for (std::size_t begin = 0; begin < size; begin += kSamples) {
-    const std::size_t count = std::min(kSamples, size - begin);
+    const std::size_t end = std::min(begin + kSamples, size);
     for (const auto& [lane, problem] : problems) {
-      Scalar scaled[kSamples];
-      for (std::size_t i = 0; i < count; ++i) {
-        scaled[i] =
-            static_cast<Scalar>(problem.scale * static_cast<double>(problem.targets[begin + i]));
-      }
-      for (std::size_t i = 0; i < count; ++i) {
-        impl_->at(impl_->arrays.target, begin + i, lane) = scaled[i];
+      for (std::size_t i = begin; i < end; ++i) {
+        impl_->at(impl_->arrays.target, i, lane) =
+            static_cast<Scalar>(problem.scale * static_cast<double>(problem.targets[i]));
       }
     }
   }

@@ -28,6 +28,13 @@ const std::vector<std::array<int, 3>>& packets_of_tile(const TrainingGrid& grid)
   return grid == kPopulatedGrid ? populated : empty;
 }
 
+/// Places of the packets that a cube and its margin take, from the first of them.
+const std::vector<std::array<int, 3>>& packets_of_cube(const TrainingGrid& grid) {
+  static const auto populated = morton_ordered_grid(kPopulatedGrid.per_axis() / kPacket);
+  static const auto empty = morton_ordered_grid(kEmptyGrid.per_axis() / kPacket);
+  return grid == kPopulatedGrid ? populated : empty;
+}
+
 /// The samples of a packet in the order of the search.
 const std::vector<std::array<int, 3>>& places_in_packet() {
   static const auto places = upright_grid(kPacket);
@@ -59,12 +66,11 @@ std::size_t GridTargets::packet_index(int x, int y, int z) const {
 void GridTargets::select_packets(std::span<const int> cubes) {
   const int per_edge = grid_.per_edge / kPacket;
   const auto& places = packets_of_tile(grid_);
-  const auto of_cube = morton_ordered_grid(grid_.per_axis() / kPacket);
   constexpr int kNotNeeded = -1, kNeeded = 0;
   slots_.assign(places.size(), kNotNeeded);
   for (const int cube : cubes) {
     const auto [cx, cy, cz] = cube_coordinates(cube);
-    for (const auto& [x, y, z] : of_cube) {
+    for (const auto& [x, y, z] : packets_of_cube(grid_)) {
       slots_[packet_index(cx * per_edge + x, cy * per_edge + y, cz * per_edge + z)] = kNeeded;
     }
   }
@@ -113,18 +119,13 @@ std::vector<float> GridTargets::of_cube(int cube) const {
   const int per_axis = grid_.per_axis(), packets_per_edge = grid_.per_edge / kPacket;
   const auto [cx, cy, cz] = cube_coordinates(cube);
   std::vector<float> targets(grid_.size());
-  for (int px = 0; px < per_axis / kPacket; ++px) {
-    for (int py = 0; py < per_axis / kPacket; ++py) {
-      for (int pz = 0; pz < per_axis / kPacket; ++pz) {
-        const int slot = slots_[packet_index(cx * packets_per_edge + px, cy * packets_per_edge + py,
-                                             cz * packets_per_edge + pz)];
-        const float* row = targets_.data() + static_cast<std::size_t>(slot) * kPacketSamples;
-        for (int x = px * kPacket; x < (px + 1) * kPacket; ++x) {
-          for (int y = py * kPacket; y < (py + 1) * kPacket; ++y, row += kPacket) {
-            std::copy_n(row, kPacket,
-                        targets.data() + (x * per_axis + y) * per_axis + pz * kPacket);
-          }
-        }
+  for (const auto& [px, py, pz] : packets_of_cube(grid_)) {
+    const int slot = slots_[packet_index(cx * packets_per_edge + px, cy * packets_per_edge + py,
+                                         cz * packets_per_edge + pz)];
+    const float* row = targets_.data() + static_cast<std::size_t>(slot) * kPacketSamples;
+    for (int x = px * kPacket; x < (px + 1) * kPacket; ++x) {
+      for (int y = py * kPacket; y < (py + 1) * kPacket; ++y, row += kPacket) {
+        std::copy_n(row, kPacket, targets.data() + (x * per_axis + y) * per_axis + pz * kPacket);
       }
     }
   }

@@ -12,8 +12,8 @@ namespace {
 
 /// Points beyond which a part of a tile is split into octants.
 constexpr std::uint64_t kMaxUnitPoints = 250'000;
-/// What an index takes of each point, and beside that while it is built: the point, and for one
-/// index at a time its place in the order twice.
+/// What an index takes of each point, and the point itself while indices are built. The order of
+/// the points, 16 bytes each at most, exists for one index at a time and is not counted.
 constexpr std::size_t kIndexBytesPerPoint = 14, kBuildBytesPerPoint = 6;
 /// The part of the bytes for indices that parts built at once may take.
 constexpr std::size_t kShareBuiltAtOnce = 2;
